@@ -2,16 +2,15 @@
 #include <fmt/ranges.h>
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <fstream>
 #include <nlohmann/json.hpp>
-#include <sstream>
 
 #include "bench/commands/commands.h"
 #include "bench/commands/number_checks.h"
 #include "bench/commands/problem_options.h"
 #include "problems/input_error.h"
 #include "reference/certified/certificate.h"
+#include "reports/text_file.h"
 
 namespace ricochet {
 namespace {
@@ -84,12 +83,12 @@ ordered_json json_of(const CertifiedMotion& motion, const ProblemInfo& info) {
   document["events"] = ordered_json::array();
   for (const auto& event : motion.events) {
     document["events"].push_back({{"t", event.time.text},
-                              {"radius", event.time.radius},
-                              {"kind", event.kind},
-                              {"contact", event.contact},
-                              {"modes", event.modes},
-                              {"Lambda_n", json_of(event.Lambda_n)},
-                              {"grade", name_of(event.grade)}});
+                                  {"radius", event.time.radius},
+                                  {"kind", event.kind},
+                                  {"contact", event.contact},
+                                  {"modes", event.modes},
+                                  {"Lambda_n", json_of(event.Lambda_n)},
+                                  {"grade", name_of(event.grade)}});
   }
   document["bits"] = motion.bits;
   document["order"] = motion.order;
@@ -101,20 +100,13 @@ ordered_json json_of(const CertifiedMotion& motion, const ProblemInfo& info) {
 
 /// Writes the certificate to a new file. @throws InputError where there is none
 void write_certificate(const Problem& problem, const CertifiedMotion& motion, const TruthArguments& arguments) {
-  const auto certificate = certificate_of(problem, motion, arguments.options);
-  std::ofstream file(arguments.output);
-  file << certificate_text(certificate);
-  file.close();
-  if (!file) throw InputError("--output", arguments.output, "cannot be written");
+  write_text("--output", arguments.output, certificate_text(certificate_of(problem, motion, arguments.options)));
 }
 
 /// Verifies a certificate and prints the result. @throws InputError for a file that is none
 void print_check(const std::string& path, int& exit_code) {
-  std::ifstream file(path);
-  if (!file) throw InputError("--check", path, "cannot be read");
-  std::stringstream text;
-  text << file.rdbuf();
-  const auto certificate = reference::certified::read_certificate(text.str());
+  if (!std::ifstream(path)) throw InputError("--check", path, "cannot be read");
+  const auto certificate = reference::certified::read_certificate(read_text(path));
   const auto report = check_certificate(certificate);
   if (report.is_valid) {
     fmt::print("valid      {}: grade {}, {} steps, {} events; {:.3g} s\n", path, name_of(certificate.grade),
@@ -131,8 +123,7 @@ void print_truth(TruthArguments& arguments, int& exit_code) {
   if (!reference::certified::can_certify())
     throw InputError("this program was built without Arb: install libflint-arb-dev and build again");
   arguments.options.reading = arguments.rounded ? Reading::rounded : Reading::decimal;
-  if (!arguments.output.empty() && std::filesystem::exists(arguments.output))
-    throw InputError("--output", arguments.output, "the file exists; a new file is required");
+  if (!arguments.output.empty()) require_new_file("--output", arguments.output);
   arguments.options.with_steps = !arguments.output.empty();
   const CertifiedMotion motion = certified_motion(*problem, arguments.options);
   if (arguments.as_json)

@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reference/certified/boxes.h"
 #include "reference/certified/contact_law.h"
 #include "reference/certified/friction_in_space.h"
 #include "reference/certified/hybrid_motion.h"
@@ -100,7 +101,8 @@ bool only_sticks(const BallMatrix& G, const std::vector<Ball>& r, const Ball& mu
 bool HybridMotion::may_collapse(int i) const {
   const ContactFormulas& contact = scene_.contacts[i];
   return !contact.is_bilateral && contact.eps_r.sign() == Sign::positive &&
-         p_.precision().sub(Ball(1.0), contact.eps_r).sign() == Sign::positive && coupled_with(i).size() == 1;
+         p_.precision().sub(Ball(1.0), contact.eps_r).sign() == Sign::positive &&
+         coupled_contacts(scene_, states_.modes, i, p_).size() == 1;
 }
 
 /// The right-hand sides of (4). @throws Undecided
@@ -187,10 +189,9 @@ Mode HybridMotion::mode_of_collapse(int i, Mode last) {
   return slip == Sign::positive ? Mode::slip_plus : Mode::slip_minus;
 }
 
-/// After an impact of contact i: if its speed is so small that the digits do not suffer, the motion goes on behind the
+/// After an impact of contact i: if its speed is so small that the digits do not suffer, the motion goes on after the
 /// limit of all further impacts, with the contact closed. @param last  mode of the impact  @returns whether it does
 bool HybridMotion::pass_accumulation(int i, Mode last) {
-  constexpr int kMostIterations = 20;
   constexpr double kSpare = 3;  // digits that the window may cost
   const Precision& a = p_.precision();
   if (states_.modes[i] != Mode::open || !may_collapse(i)) return false;
@@ -210,24 +211,9 @@ bool HybridMotion::pass_accumulation(int i, Mode last) {
   collapse.start = collapse.box = set_.box();
   collapse.delta = upper_bound(v_n, a.bits);
   map_collapse(collapse);
-  bool is_inside = false;
-  for (int k = 0; k < kMostIterations && !is_inside; ++k) {
-    inflate(collapse.box, a.bits);
-    collapse.w = a.mul(Ball(2.0), collapse.w);
-    const Collapse candidate = collapse;
-    map_collapse(collapse);
-    is_inside = arb_le(collapse.w.get(), candidate.w.get()) != 0;
-    for (std::size_t r = 0; r < collapse.box.size(); ++r)
-      is_inside = is_inside && arb_contains(candidate.box[r].get(), collapse.box[r].get()) != 0;
-  }
+  const bool is_inside = enclose(collapse, a, [&](Collapse& window) { map_collapse(window); });
   if (!is_inside) throw Undecided("no enclosure of the impacts of " + contact.name + " that accumulate");
-  set_.set_box(collapse.box);
-  states_.modes = modes;
-  states_.moved();
-  const Ball begin = t_;
-  t_ = a.add(begin, a.hull(Ball(), collapse.w));
-  record("zeno_end", contact.name);
-  t_ = a.add(begin, collapse.w);
+  pass_window(collapse.box, collapse.w, modes, "zeno_end", contact.name);
   return true;
 }
 

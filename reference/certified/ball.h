@@ -14,7 +14,7 @@ class numeric;
 
 namespace ricochet::reference::certified {
 
-/// What the ball of a real number proves about its sign.
+/// The sign of a real number, as far as its ball proves it.
 enum class Sign { negative = -1, unknown = 0, positive = 1 };
 
 /// All real numbers within a radius of a midpoint. The result of an operation on balls contains the results of all

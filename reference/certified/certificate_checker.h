@@ -32,8 +32,6 @@ class CertificateChecker {
  private:
   // Beginning and end.
   void begin();
-  bool touches(int i, std::vector<int>& hit, std::vector<int>& touching, std::vector<int>& slip_sign);
-  int sign_at_start(const Ball& value, bool is_zero, const std::string& what);
   void assume(const std::string& what);
   void check_end();
   void require_number(const CertifiedNumber& number, const Ball& ball, const std::string& what) const;
@@ -50,12 +48,8 @@ class CertificateChecker {
   const CertificateEvent* event_at_end_of(int step) const;
   const EventFunction* function_of(const CertificateEvent& event, const ModeMotion& motion) const;
   void apply(const EventFunction& function, const CertificateEvent& stated);
-  void strike(const std::vector<int>& candidates, const std::vector<char>& closed, const CertificateEvent& stated);
+  void require_impulses(const ImpactOutcome& outcome, const CertificateEvent& stated) const;
   void require_event(const CertificateEvent& stated, const std::string& kind, const std::string& contact) const;
-  std::vector<int> coupled_with(int contact) const;
-  void open_by_force(int contact);
-  void begin_slip(const EventFunction& function);
-  std::string end_slip(int contact);
 
   const Certificate& certificate_;
   const TimeLimit& limit_;

@@ -10,7 +10,7 @@
 
 namespace ricochet::reference::certified {
 
-/// What is proven of a result, from the strongest to the weakest. The grade of a motion is the weakest of its
+/// How far a result is proven, from the strongest to the weakest. The grade of a motion is the weakest of its
 /// decisions.
 enum class Grade {
   proven,    ///< strict signs, every alternative refuted, all zeros follow from formulas
@@ -28,7 +28,7 @@ enum class Reading {
   rounded   ///< each number is the double next to it, exactly: the scene that methods in doubles integrate
 };
 
-/// What is computed, and for how long.
+/// Options of certified_motion().
 struct Options {
   int digits = 30;                     ///< proven decimal places that are wanted, of states and event times
   Reading reading = Reading::decimal;  ///< of numbers

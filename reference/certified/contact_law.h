@@ -8,7 +8,7 @@
 
 namespace ricochet::reference::certified {
 
-/// Of one contact that exchanges no momentum with others, with J = (J_n, J_t):
+/// The law of one contact that exchanges no momentum with others, with J = (J_n, J_t):
 ///
 ///     v+ - v- = M^-1 J' Lambda,    w+ - w- = G Lambda,    G = J M^-1 J'                                          (1)
 ///

@@ -57,11 +57,22 @@ class Verdict {
 /// The weakest of strict inequalities: positive if all hold, negative if one is violated.
 Sign all_of(const std::vector<Sign>& signs);
 
-/// What an impact does.
+/// Result of an impact.
 struct ImpactOutcome {
   std::vector<Mode> modes;     ///< of the candidates: open (no impulse), closed, stick, slip+, slip-
   std::vector<Ball> velocity;  ///< v+, n
   std::vector<Ball> Lambda_n;  ///< of all contacts [N s]
+};
+
+/// The contacts of a scene at t = 0 that are closed, or about to be.
+struct StartingContacts {
+  std::vector<int> hit;                  ///< approach: an impact at the start
+  std::vector<int> touching;             ///< v_n = 0
+  std::vector<int> slip_sign;            ///< of all contacts, as in Decisions::decide_modes()
+  std::vector<std::string> assumptions;  ///< zeros that are not proven
+
+  std::vector<int> candidates() const;      ///< Of the impact: those that are hit come first.
+  std::vector<char> closed(int n_c) const;  ///< Of all contacts, before the impact.
 };
 
 /// Decides at one state, which is loaded into the program.
@@ -76,8 +87,8 @@ class Decisions {
   ///     slip+-: lambda_n > 0, and d/dt v_t > 0 or < 0 where v_t = 0
   ///
   /// In space, slip_directions() decides slip from rest of a contact that exchanges no momentum with others.
-  /// Where a left-hand side is exactly zero, its first derivative that is not decides. A combination whose forces are
-  /// zero by their formulas has the motion of the one in which these contacts are open; they are one alternative.
+  /// If a left-hand side is exactly zero, its first derivative that is not zero decides. A combination whose forces
+  /// are zero by their formulas has the same motion as the one with these contacts open; both are one alternative.
   ///
   /// @param slip_sign  of v_t, of all contacts; 0 where it is exactly zero
   /// @throws Undecided, Unsupported
@@ -93,8 +104,23 @@ class Decisions {
   ImpactOutcome decide_impact(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
                               const std::vector<char>& closed);
 
-  /// Of sticking contacts in space that are coupled with others, slip in any direction is not refuted: contacts for
-  /// which this was used.
+  // Events (event_decisions.cpp). Each changes the modes and the vanishing coefficients of `states`.
+
+  /// Sorts the contacts at t = 0. The state must be loaded. @throws Unsupported for penetration
+  StartingContacts contacts_at_start(ContactStates& states);
+  /// An impact of the `candidates`, as decide_impact(), and the modes of those that stay closed. x gets v+.
+  ImpactOutcome strike(std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
+                       const std::vector<char>& closed, ContactStates& states);
+  /// The gap of a contact closes: strike() with the closed contacts that it is coupled with.
+  ImpactOutcome close_gap(std::vector<Ball>& x, const Ball& t, int contact, ContactStates& states);
+  /// The normal force of a contact vanishes: it opens.
+  void open_contact(const std::vector<Ball>& x, const Ball& t, int contact, ContactStates& states);
+  /// The sticking force of `event` reaches the friction cone: the contact slips.
+  void begin_slip(const std::vector<Ball>& x, const Ball& t, const EventFunction& event, ContactStates& states);
+  /// The slip of a contact vanishes. @returns the kind of event: slip_to_stick, slip_reversal or slip_end
+  std::string end_slip(const std::vector<Ball>& x, const Ball& t, int contact, ContactStates& states);
+
+  /// Sticking contacts in space that are coupled with others: slip in any direction is not refuted for them.
   const std::vector<int>& sticking_in_space() const { return sticking_in_space_; }
 
  private:

@@ -65,48 +65,16 @@ void HybridMotion::assume(const std::string& what) {
   result_.grade = std::max(result_.grade, Grade::assumed);
 }
 
-/// Sorts the contacts that touch at t = 0 into those that are hit and those that rest or slip.
-bool HybridMotion::touches_at_start(int i, std::vector<int>& hit, std::vector<int>& touching,
-                                    std::vector<int>& slip_sign) {
-  const ContactFormulas& contact = scene_.contacts[i];
-  const auto sign_of = [&](const Ball& value, bool is_zero, const char* what) {
-    if (is_zero || value.is_zero()) return 0;
-    if (value.sign() == Sign::unknown) assume(fmt::format("{} of {} is zero at t = 0", what, contact.name));
-    return static_cast<int>(value.sign());
-  };
-  const int gap = sign_of(p_.value_of(contact.gap), contact.gap_is_zero, "the gap");
-  if (contact.is_bilateral && gap != 0) throw Unsupported("a violated constraint at the start: " + contact.name);
-  if (gap > 0) return false;
-  if (gap < 0) throw Unsupported("penetration at the start: " + contact.name);
-  const int v_n = sign_of(p_.value_of(contact.v_n), contact.v_n_is_zero, "the normal velocity");
-  if (v_n > 0 && !contact.is_bilateral) {
-    states_.vanishing_gap[i] = 1;
-    return false;
-  }
-  if (v_n != 0) {
-    hit.push_back(i);
-    return true;
-  }
-  touching.push_back(i);
-  const Ball slip = contact.n_t() == 1   ? p_.value_of(contact.v_t[0])
-                    : contact.n_t() == 2 ? p_.value_of(p_.dot(contact.v_t, contact.v_t))
-                                         : Ball();
-  slip_sign[i] = sign_of(slip, contact.v_t_is_zero, "the slip velocity");
-  return true;
-}
-
 void HybridMotion::begin() {
-  std::vector<int> hit, touching, slip_sign(scene_.n_c(), 0);
-  taylor_.load(set_.box(), t_);
-  for (int i = 0; i < scene_.n_c(); ++i) touches_at_start(i, hit, touching, slip_sign);
-  if (hit.empty()) {
-    decisions_.decide_modes(set_.box(), t_, touching, slip_sign, states_);
+  std::vector<Ball> x = set_.box();
+  taylor_.load(x, t_);
+  const StartingContacts start = decisions_.contacts_at_start(states_);
+  for (const auto& assumption : start.assumptions) assume(assumption);
+  if (start.hit.empty()) {
+    decisions_.decide_modes(x, t_, start.touching, start.slip_sign, states_);
   } else {
-    std::vector<char> closed(scene_.n_c(), 0);
-    for (const int i : touching) closed[i] = 1;
-    std::vector<int> candidates = hit;
-    candidates.insert(candidates.end(), touching.begin(), touching.end());
-    strike(candidates, closed, scene_.contacts[hit.front()].name);
+    const ImpactOutcome outcome = decisions_.strike(x, t_, start.candidates(), start.closed(scene_.n_c()), states_);
+    keep_impact(std::move(x), outcome, scene_.contacts[start.hit.front()].name);
   }
   begin_motion();
 }
@@ -189,6 +157,19 @@ void HybridMotion::advance(const Step& step) {
   const Precision& a = p_.precision();
   t_ = a.add(t_, a.mul(step.end, Ball(step.h)));
   states_.moved();
+}
+
+/// Goes on after a window [t, t + w] within which an event of unknown time happens; `box` contains the motion there.
+void HybridMotion::pass_window(const std::vector<Ball>& box, const Ball& w, const std::vector<Mode>& modes,
+                               const std::string& kind, const std::string& contact) {
+  const Precision& a = p_.precision();
+  const Ball begin = t_;
+  set_.set_box(box);
+  states_.modes = modes;
+  states_.moved();
+  t_ = a.add(begin, a.hull(Ball(), w));
+  record(kind, contact);
+  t_ = a.add(begin, w);
 }
 
 HybridMotion::Step HybridMotion::find_step() {

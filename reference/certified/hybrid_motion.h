@@ -9,9 +9,6 @@
 
 namespace ricochet::reference::certified {
 
-/// Doubles the radii of a box, and adds what rounding may need.
-void inflate(std::vector<Ball>& box, slong bits);
-
 /// Encloses the motion of a scene. Smooth pieces are Taylor steps; the first root of all event functions ends a piece;
 /// impacts and modes after it are decided by signs. Errors of rounding and truncation are in the balls.
 class HybridMotion {
@@ -38,7 +35,6 @@ class HybridMotion {
   void run_to_end();
   bool impacts_accumulate() const;
   void begin();
-  bool touches_at_start(int i, std::vector<int>& hit, std::vector<int>& touching, std::vector<int>& slip_sign);
   void assume(const std::string& what);
   void begin_motion();
   Step find_step();
@@ -50,12 +46,9 @@ class HybridMotion {
   std::string name_of_event(const EventFunction& event) const;
 
   void handle(const EventFunction& event);
-  Mode handle_impact(int contact);
-  void handle_cone(const EventFunction& event);
-  void handle_detach(int contact);
-  void handle_slip_end(int contact);
-  Mode strike(const std::vector<int>& candidates, const std::vector<char>& closed, const std::string& contact);
-  std::vector<int> coupled_with(int contact) const;
+  void keep_impact(std::vector<Ball> x, const ImpactOutcome& outcome, const std::string& contact);
+  void pass_window(const std::vector<Ball>& box, const Ball& w, const std::vector<Mode>& modes, const std::string& kind,
+                   const std::string& contact);
   void record(const std::string& kind, const std::string& contact, const std::vector<Ball>& Lambda_n = {});
 
   // accumulation.cpp

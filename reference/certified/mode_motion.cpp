@@ -12,6 +12,11 @@ const char* name_of(Mode mode) {
   return names[static_cast<int>(mode)];
 }
 
+int slip_sign_of(Mode mode) {
+  if (mode == Mode::slip_minus) return -1;
+  return mode == Mode::slip_plus || mode == Mode::slip ? 1 : 0;
+}
+
 std::vector<std::string> names_of(const std::vector<Mode>& modes) {
   std::vector<std::string> names;
   for (const Mode mode : modes) names.emplace_back(name_of(mode));
@@ -235,6 +240,25 @@ MomentumGroups momentum_groups(const SceneFormulas& scene, const std::vector<int
   for (std::size_t k = 0; k < contacts.size(); ++k)
     groups.of_contact.push_back(first[k] < 0 ? -1 - contacts[k] : sets.of(first[k]));
   return groups;
+}
+
+std::vector<int> with_closed(std::vector<int> contacts, const std::vector<Mode>& modes) {
+  const std::size_t n = contacts.size();
+  for (int j = 0; j < std::ssize(modes); ++j) {
+    if (modes[j] != Mode::open && std::count(contacts.begin(), contacts.begin() + n, j) == 0) contacts.push_back(j);
+  }
+  return contacts;
+}
+
+std::vector<int> coupled_contacts(const SceneFormulas& scene, const std::vector<Mode>& modes, int contact,
+                                  const SeriesProgram& program) {
+  const std::vector<int> all = with_closed({contact}, modes);
+  const std::vector<int> labels = momentum_groups(scene, all, program).of_contact;
+  std::vector<int> coupled;
+  for (std::size_t k = 0; k < all.size(); ++k) {
+    if (labels[k] == labels[0]) coupled.push_back(all[k]);
+  }
+  return coupled;
 }
 
 }  // namespace ricochet::reference::certified

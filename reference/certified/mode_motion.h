@@ -26,6 +26,9 @@ const char* name_of(Mode mode);
 /// The modes of all contacts as texts.
 std::vector<std::string> names_of(const std::vector<Mode>& modes);
 
+/// Sign of the slip velocity in a mode: 1 in slip+ and in slip in space, -1 in slip-, otherwise 0.
+int slip_sign_of(Mode mode);
+
 /// Kinds of events of a smooth motion.
 enum class EventKind {
   impact,    ///< an open gap closes
@@ -79,5 +82,11 @@ struct MomentumGroups {
 /// Groups that are joined by M and by the forces of `contacts`.
 MomentumGroups momentum_groups(const SceneFormulas& scene, const std::vector<int>& contacts,
                                const SeriesProgram& program);
+
+/// `contacts` and all others that are not open.
+std::vector<int> with_closed(std::vector<int> contacts, const std::vector<Mode>& modes);
+/// Contacts that are closed and exchange momentum with `contact`, which comes first.
+std::vector<int> coupled_contacts(const SceneFormulas& scene, const std::vector<Mode>& modes, int contact,
+                                  const SeriesProgram& program);
 
 }  // namespace ricochet::reference::certified

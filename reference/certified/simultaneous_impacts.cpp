@@ -1,5 +1,6 @@
 #include <algorithm>
 
+#include "reference/certified/boxes.h"
 #include "reference/certified/hybrid_motion.h"
 
 // Impacts whose times cannot be told apart, of contacts that exchange no momentum. All of them happen within a window
@@ -33,34 +34,16 @@ std::vector<Ball> joined(const std::vector<Ball>& q, const std::vector<Ball>& v)
   return x;
 }
 
-bool contains(const std::vector<Ball>& outer, const std::vector<Ball>& inner) {
-  return std::ranges::equal(outer, inner,
-                            [](const Ball& a, const Ball& b) { return arb_contains(a.get(), b.get()) != 0; });
-}
-
 }  // namespace
 
-void inflate(std::vector<Ball>& box, slong bits) {
-  for (Ball& x : box) {
-    Magnitude extra(x);
-    mag_mul_2exp_si(extra.get(), extra.get(), -bits + 8);
-    mag_add(extra.get(), extra.get(), arb_radref(x.get()));
-    x.widen(extra.get());
-  }
-}
-
 bool HybridMotion::are_decoupled_impacts(const Step& step) const {
-  std::vector<int> hit, all;
+  std::vector<int> hit;
   for (const std::size_t k : step.reached) {
     const EventFunction& event = motion_.events[k];
     if (event.kind != EventKind::impact || scene_.contacts[event.contact].eps_r.sign() != Sign::positive) return false;
     hit.push_back(event.contact);
   }
-  all = hit;
-  for (int j = 0; j < scene_.n_c(); ++j) {
-    if (states_.modes[j] != Mode::open) all.push_back(j);
-  }
-  const std::vector<int> labels = momentum_groups(scene_, all, p_).of_contact;
+  const std::vector<int> labels = momentum_groups(scene_, with_closed(hit, states_.modes), p_).of_contact;
   for (std::size_t k = 0; k < hit.size(); ++k) {
     if (std::ranges::count(labels, labels[k]) > 1) return false;
   }
@@ -72,11 +55,7 @@ HybridMotion::Window HybridMotion::window_of(const Step& step) {
   const Precision& a = p_.precision();
   Window window;
   for (const std::size_t k : step.reached) window.hit.push_back(motion_.events[k].contact);
-  std::vector<int> all = window.hit;
-  for (int j = 0; j < scene_.n_c(); ++j) {
-    if (states_.modes[j] != Mode::open) all.push_back(j);
-  }
-  const MomentumGroups groups = momentum_groups(scene_, all, p_);
+  const MomentumGroups groups = momentum_groups(scene_, with_closed(window.hit, states_.modes), p_);
   window.of_coordinate = groups.of_coordinate;
   window.group.assign(groups.of_contact.begin(), groups.of_contact.begin() + std::ssize(window.hit));
 
@@ -149,12 +128,11 @@ void HybridMotion::require_impacts(const Window& window) {
 }
 
 void HybridMotion::handle_decoupled_impacts(const Step& step) {
-  constexpr int kMostIterations = 20;
   Window window = window_of(step);
   map_window(window);
   map_window(window);  // with V+ in the hull
   bool is_inside = false;
-  for (int k = 0; k < kMostIterations && !is_inside; ++k) {
+  for (int k = 0; k < kMostInflations && !is_inside; ++k) {
     for (auto* box : {&window.Q, &window.before, &window.after}) inflate(*box, p_.precision().bits);
     const Window candidate = window;
     map_window(window);

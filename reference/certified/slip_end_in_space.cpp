@@ -1,6 +1,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "reference/certified/boxes.h"
 #include "reference/certified/contact_law.h"
 #include "reference/certified/friction_in_space.h"
 #include "reference/certified/hybrid_motion.h"
@@ -69,7 +70,6 @@ void HybridMotion::map_last_slip(LastSlip& last) {
 /// If the slip of a contact is so slow that the digits do not suffer, the motion goes on after its end.
 /// @returns whether it does
 bool HybridMotion::pass_slip_end(int i) {
-  constexpr int kMostIterations = 20;
   constexpr double kSpare = 3;  // digits that the window may cost
   const Precision& a = p_.precision();
   const ContactFormulas& contact = scene_.contacts[i];
@@ -81,7 +81,8 @@ bool HybridMotion::pass_slip_end(int i) {
   arb_sqrt(last.speed.get(), last.speed.get(), a.bits);
   arb_get_ubound_arf(arb_midref(last.speed.get()), last.speed.get(), a.bits);
   mag_zero(arb_radref(last.speed.get()));
-  if (!(last.speed.nearest() < std::sqrt(longest)) || coupled_with(i).size() > 1) return false;
+  if (!(last.speed.nearest() < std::sqrt(longest)) || coupled_contacts(scene_, states_.modes, i, p_).size() > 1)
+    return false;
   last.contact = i;
   std::vector<Mode> modes = states_.modes;
   modes[i] = Mode::open;
@@ -96,25 +97,10 @@ bool HybridMotion::pass_slip_end(int i) {
     return false;
   }
   if (!(last.w.nearest() < longest)) return false;
-  bool is_inside = false;
-  for (int k = 0; k < kMostIterations && !is_inside; ++k) {
-    inflate(last.box, a.bits);
-    last.w = a.mul(Ball(2.0), last.w);
-    const LastSlip candidate = last;
-    map_last_slip(last);
-    is_inside = arb_le(last.w.get(), candidate.w.get()) != 0;
-    for (std::size_t r = 0; r < last.box.size(); ++r)
-      is_inside = is_inside && arb_contains(candidate.box[r].get(), last.box[r].get()) != 0;
-  }
+  const bool is_inside = enclose(last, a, [&](LastSlip& window) { map_last_slip(window); });
   if (!is_inside) throw Undecided("no enclosure of the end of slip of " + contact.name);
-  set_.set_box(last.box);
-  states_.modes = modes;
-  states_.moved();
-  const Ball begin = t_;
-  t_ = a.add(begin, a.hull(Ball(), last.w));
-  record("slip_to_stick", contact.name);
+  pass_window(last.box, last.w, modes, "slip_to_stick", contact.name);
   result_.no_certificate = "slip in space ends";
-  t_ = a.add(begin, last.w);
   begin_motion();
   return true;
 }

@@ -45,7 +45,7 @@ struct Variation {
 /// theorem it contains a solution, which is the only one because all formulas are smooth there. The contraction is
 /// h L / (N+2), not h L, so that h is nearly the step of a method without proof.
 ///
-/// Where slip in space begins, v_t = t w(t), the variables w have the rates a_t = dv_t/dt(q, v, w):
+/// While slip in space begins, v_t = t w(t), the variables w have the rates a_t = dv_t/dt(q, v, w):
 ///
 ///     w(t) = 1/t int_0^t a_t,    (k+1) w_k = a_t,k = g_k + K w_k for k >= 1,   K = da_t/dw at t = 0              (2)
 ///

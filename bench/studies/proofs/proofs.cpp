@@ -2,8 +2,8 @@
 
 #include "bench/experiment/study.h"
 #include "bench/measure/data_folder.h"
+#include "bench/measure/problem_choice.h"
 #include "problems/input_text.h"
-#include "problems/scene_file/scene_file.h"
 #include "reference/certified/certified_motion.h"
 
 /// @file
@@ -73,10 +73,12 @@ std::vector<Scene> scenes_of(const json& experiment) {
 }
 
 Proof prove(const Scene& scene, const certified::Options& options, bool with_times) {
-  const bool is_file = scene.name.find(".json") != std::string::npos;
-  const auto problem = is_file ? read_scene_file(scene.name) : make_problem(scene.name);
-  const CertifiedMotion motion = certified::certified_motion(*problem, options);
-  Proof row{scene.group, is_file ? scene.name.substr(scene.name.rfind('/') + 1) : scene.name, name_of(motion.grade)};
+  const ProblemChoice choice{.problem = scene.name};
+  const CertifiedMotion motion = certified::certified_motion(*choice.make_problem(), options);
+  Proof row;
+  row.group = scene.group;
+  row.scene = choice.is_scene_file() ? scene.name.substr(scene.name.rfind('/') + 1) : scene.name;
+  row.grade = name_of(motion.grade);
   row.bends = motion.bends;
   row.decimals = motion.grade == Grade::open ? 0 : motion.decimals();
   row.events = static_cast<int>(motion.events.size());
@@ -167,7 +169,8 @@ const bool registered = register_study({.kind = "proofs",
                                         .rows = {Proof::kKind},
                                         .times = Times::in_rows,
                                         .run = run_proofs,
-                                        .show = show_proofs});
+                                        .show = show_proofs,
+                                        .unexpected_failures = {}});
 
 }  // namespace
 }  // namespace ricochet::proofs

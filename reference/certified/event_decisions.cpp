@@ -1,0 +1,125 @@
+#include <fmt/format.h>
+
+#include <algorithm>
+
+#include "reference/certified/decisions.h"
+
+// Decisions at events, for the search and for the checker of certificates. After an event, leading coefficients that
+// vanish exactly are left out: of a gap one after an impact, two where a contact opens from rest, three where its force
+// vanishes; of a slip velocity one after a reversal, two where sticking ends.
+
+namespace ricochet::reference::certified {
+
+std::vector<int> StartingContacts::candidates() const {
+  std::vector<int> all = hit;
+  all.insert(all.end(), touching.begin(), touching.end());
+  return all;
+}
+
+std::vector<char> StartingContacts::closed(int n_c) const {
+  std::vector<char> closed(n_c, 0);
+  for (const int i : touching) closed[i] = 1;
+  return closed;
+}
+
+StartingContacts Decisions::contacts_at_start(ContactStates& states) {
+  StartingContacts start;
+  start.slip_sign.assign(scene_.n_c(), 0);
+  for (int i = 0; i < scene_.n_c(); ++i) {
+    const ContactFormulas& contact = scene_.contacts[i];
+    const auto sign_of = [&](const Ball& value, bool is_zero, const char* what) {
+      if (is_zero || value.is_zero()) return 0;
+      if (value.sign() == Sign::unknown)
+        start.assumptions.push_back(fmt::format("{} of {} is zero at t = 0", what, contact.name));
+      return static_cast<int>(value.sign());
+    };
+    const int gap = sign_of(p_.value_of(contact.gap), contact.gap_is_zero, "the gap");
+    if (contact.is_bilateral && gap != 0) throw Unsupported("a violated constraint at the start: " + contact.name);
+    if (gap < 0) throw Unsupported("penetration at the start: " + contact.name);
+    if (gap > 0) continue;
+    const int v_n = sign_of(p_.value_of(contact.v_n), contact.v_n_is_zero, "the normal velocity");
+    if (v_n > 0 && !contact.is_bilateral) {
+      states.vanishing_gap[i] = 1;
+      continue;
+    }
+    if (v_n != 0) {
+      start.hit.push_back(i);
+      continue;
+    }
+    start.touching.push_back(i);
+    Ball slip;
+    if (contact.n_t() == 1) slip = p_.value_of(contact.v_t[0]);
+    if (contact.n_t() == 2) slip = p_.value_of(p_.dot(contact.v_t, contact.v_t));
+    start.slip_sign[i] = sign_of(slip, contact.v_t_is_zero, "the slip velocity");
+  }
+  return start;
+}
+
+ImpactOutcome Decisions::strike(std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
+                                const std::vector<char>& closed, ContactStates& states) {
+  ImpactOutcome outcome = decide_impact(x, t, candidates, closed);
+  std::vector<int> resting, slip_sign(scene_.n_c(), 0);
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    const int i = candidates[k];
+    const ContactFormulas& contact = scene_.contacts[i];
+    states.modes[i] = Mode::open;
+    const bool stays = closed[i] || contact.is_bilateral || contact.eps_r.is_zero();
+    if (outcome.modes[k] == Mode::open || !stays) {
+      states.vanishing_gap[i] = 1;
+      continue;
+    }
+    resting.push_back(i);
+    slip_sign[i] = slip_sign_of(outcome.modes[k]);
+  }
+  std::ranges::copy(outcome.velocity, x.begin() + scene_.n);
+  decide_modes(x, t, resting, slip_sign, states);
+  return outcome;
+}
+
+ImpactOutcome Decisions::close_gap(std::vector<Ball>& x, const Ball& t, int i, ContactStates& states) {
+  step_.load(x, t);
+  if (p_.value_of(scene_.contacts[i].v_n).sign() != Sign::negative)
+    throw Undecided("a grazing impact of " + scene_.contacts[i].name);
+  const std::vector<int> candidates = coupled_contacts(scene_, states.modes, i, p_);
+  std::vector<char> closed(scene_.n_c(), 0);
+  for (const int j : candidates) closed[j] = j != i;
+  return strike(x, t, candidates, closed, states);
+}
+
+void Decisions::open_contact(const std::vector<Ball>& x, const Ball& t, int i, ContactStates& states) {
+  const ContactFormulas& contact = scene_.contacts[i];
+  states.modes[i] = Mode::open;
+  states.vanishing_gap[i] = 3;
+  step_.load(x, t);
+  step_.expand(mode_motion(scene_, states.modes, p_), 3);
+  if (Ball(p_.coefficient(contact.gap, 3)).sign() != Sign::positive)
+    throw Undecided("detach of " + contact.name + ": the third derivative of the gap is undecided");
+}
+
+void Decisions::begin_slip(const std::vector<Ball>& x, const Ball& t, const EventFunction& event,
+                           ContactStates& states) {
+  const ContactFormulas& contact = scene_.contacts[event.contact];
+  if (contact.n_t() == 2) throw Unsupported("slip in space begins from rest: " + contact.name);
+  const bool plus = event.side < 0;  // friction acts against slip
+  states.modes[event.contact] = plus ? Mode::slip_plus : Mode::slip_minus;
+  states.vanishing_slip[event.contact] = 2;
+  step_.load(x, t);
+  step_.expand(mode_motion(scene_, states.modes, p_), 2);
+  const Ball rate(p_.coefficient(contact.v_t[0], 2));
+  if ((plus ? rate : -rate).sign() != Sign::positive)
+    throw Undecided("end of sticking of " + contact.name + ": the second derivative of the slip velocity is undecided");
+}
+
+std::string Decisions::end_slip(const std::vector<Ball>& x, const Ball& t, int i, ContactStates& states) {
+  if (scene_.contacts[i].n_t() == 2) throw Unsupported("slip in space ends: " + scene_.contacts[i].name);
+  const std::vector<int> candidates = coupled_contacts(scene_, states.modes, i, p_);
+  std::vector<int> slip_sign(scene_.n_c(), 0);
+  for (const int j : candidates) {
+    if (j != i) slip_sign[j] = slip_sign_of(states.modes[j]);
+  }
+  decide_modes(x, t, candidates, slip_sign, states);
+  const Mode after = states.modes[i];
+  return after == Mode::stick ? "slip_to_stick" : after == Mode::open ? "slip_end" : "slip_reversal";
+}
+
+}  // namespace ricochet::reference::certified
