@@ -71,7 +71,7 @@ class ContactDynamics {
   SymmetricFactors mass_;
 
   ClosedContacts contacts_;
-  bool has_columns_ = false, has_equations_ = false;  // of these modes and, as far as they vary, of this q and v
+  bool has_columns_ = false, has_equations_ = false;  // reusable in the next call while modes and directions are kept
   Matrix MJ_, MC_;                                    // n_q x columns, n_q x unknowns: M^-1 J, M^-1 C
   ForceSystem system_;                                // (5)
   Vector right_, forces_;                             // by unknown

@@ -39,10 +39,10 @@ class Slips {
   /// Updates directions in space, and slips that are no longer new, after a step.
   void follow(const Vector& q, const Vector& v);
 
-  /// Finds the contacts at a root of (1) whose slip ends. In space, the last v_stop takes time, during which the state
-  /// moves with constant acceleration. The remaining turn of the direction is neglected, so the errors of time and
-  /// velocity are v_stop times that angle and v_stop^2 over the deceleration. A slip that only comes close to zero
-  /// continues, and its v_stop becomes half of its speed.
+  /// Finds the contacts at a root of (1) whose slip ends. In space, a slip at a root still has the speed v_stop; until
+  /// it ends, the state moves with constant acceleration. The remaining turn of the direction is neglected, so the
+  /// errors of time and velocity are v_stop times that angle and v_stop^2 over the deceleration. A slip that only comes
+  /// close to zero continues, and its v_stop becomes half of its speed.
   /// @param left  longest duration [s]; @param duration  actual duration [s]
   std::vector<int> finish(const std::vector<int>& at_root, double left, double& duration, Vector& q, Vector& v);
 

@@ -125,7 +125,8 @@ bool SmoothMotion::roots(const double* y, double* values) {
   return true;
 }
 
-/// accelerate(). Integrators evaluate the roots at the end of a step, and StepWatch evaluates them there again.
+/// accelerate(), with the result reused for the same y: integrators evaluate the roots at the end of a step, and
+/// StepWatch evaluates them there again.
 bool SmoothMotion::accelerate_for_roots(const double* y) {
   if (known_.has && std::equal(known_.y.begin(), known_.y.end(), y)) {
     a_ = known_.a;

@@ -16,11 +16,12 @@ constexpr double kTie = 1e-13;
 // Values of delta, tried in turn, relative to the largest diagonal entry: above rounding, and below the differences of
 // contacts.
 constexpr double kRegularizations[] = {1e-8, 1e-10, 1e-6};
-// Some ties, one after another, relative to q.
+// Allowed residual of (1), relative to q: the rounding of several ties in succession.
 constexpr double kTies = 10 * kTie;
 constexpr int kMaxCorrections = 10;
-// Powers of two that the scales of two rows differ by where pivots leave less of small terms than their rounding, as in
-// the friction cone of a direction in which hardly anything moves: the equations of the last basis are solved again.
+// Exponent of two by which the scales of two rows may differ. Beyond it, pivots leave less of small terms than their
+// rounding, as in the friction cone of a direction in which hardly anything moves: the equations of the last basis are
+// solved again.
 constexpr int kUneven = 8;
 // Largest residual of (1) in redundant equations, relative to the terms of a row, but at most to q: below the error of
 // any time step, and far below that of a problem without a solution.

@@ -60,9 +60,9 @@ class FrictionProblem {
     double mu = 0;
     int n_t = 0;                           ///< tangent directions
     bool slides = false;                   ///< (4) instead of (3)
-    double direction[2]{1, 0};             ///< d, a unit vector; of (8) minus the vertex d_k
+    double direction[2]{1, 0};             ///< d, a unit vector; with (8) it is -d_k
     bool is_on_edge = false;               ///< (8) instead of (4)
-    int facet = 0;                         ///< of a polygon: in for (8) k; out the vertex or edge that carries r_t
+    int facet = 0;                         ///< with a polygon: input k of (8), output vertex or edge that carries r_t
     ContactMode mode = ContactMode::open;  ///< out: decided by (1)-(4)
   };
 

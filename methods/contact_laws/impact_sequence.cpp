@@ -75,7 +75,7 @@ void ImpactSequence::record_impact(const Eigen::Ref<const Vector>& v) {
   }
 }
 
-/// Whether a contact needs an impulse: not for what is rounding of the velocities that have cancelled.
+/// Whether a contact needs an impulse. An approach that is only rounding of cancelled velocities does not count.
 bool ImpactSequence::approaches(int contact, const Eigen::Ref<const Vector>& v) const {
   return law_.normal_velocity(contact, v) < -scales_.no_approach(contact);
 }

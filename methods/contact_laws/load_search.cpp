@@ -224,7 +224,8 @@ double LoadSearch::value(std::size_t function, double s) {
   return bounds(functions_[function]).middle();
 }
 
-/// The cheap test, along the whole path: functions that are far, and polynomials.
+/// The cheap test, along the whole path. Functions that are far are clear; so are polynomials with a sufficient lower
+/// bound.
 bool LoadSearch::is_clear_at_once() {
   bool all_are = true;
   for (std::size_t k = 0; k < functions_.size(); ++k) {

@@ -11,7 +11,7 @@ namespace ricochet {
 
 /// The inverse of the mass matrix M(q) by Cholesky's factorisation, or by its diagonal where it has no other entries.
 /// A constant M is factorised once. Its islands are those of ProblemInfo::Structure::couplings, at any q; bilateral
-/// constraints make all coordinates one.
+/// constraints join all coordinates in one island.
 class MassInverse {
  public:
   MassInverse(const Problem& problem, Counters& counters);

@@ -117,8 +117,8 @@ class NewtonSystem {
   std::vector<int> coordinate_number_, row_number_;  // of a coordinate, and a row of (4), (7), within its island
   std::vector<int> order_, place_;                   // along the levels: coordinates, and where they stand there
 
-  std::vector<std::vector<Factor>> factors_;  // kept, by the least coordinate of the island
-  std::vector<Factor> scratch_;               // of solve_once(), by the same
+  std::vector<std::vector<Factor>> factors_;  // kept; index: smallest coordinate of the island
+  std::vector<Factor> scratch_;               // of solve_once(), with the same index
   std::uint64_t clock_ = 0;
   double recalled_h_ = 0;  // of the factors that the islands point to; 0 when they are of another active set
   bool is_known_ = false;  // all of these factors are there

@@ -12,9 +12,9 @@ struct RunResponse {
   const Matrix& x;  ///< n_s n_unknowns x 2
 };
 
-/// Value and slope of the function whose zero at the right end of an element is a switch (switch.h). A gap, a normal
-/// force, what the friction cone or the polygon leaves of a force, a component of the slip velocity: they are those of
-/// the right end, the forces by (11) of end_projection.h.
+/// Value and slope of the function whose zero at the right end of an element is a switch (switch.h): a gap, a normal
+/// force, the slack of the friction cone or the polygon, or a component of the slip velocity. All are those of the
+/// right end, with the forces of (11) of end_projection.h.
 ///
 /// Slip in space that comes to rest at the right end is singular in (7c) of stage_equations.h. A stage there - the last
 /// one of a stiffly accurate tableau - has (7a) instead, and the element length makes its force reach the cone from
@@ -25,8 +25,8 @@ struct RunResponse {
 /// This force is that of the stage, also where (11) replaces it: (11) sticks already, and lies inside the cone.
 /// Other tableaus cannot make both components of v_t at the right end zero with one length. A rigid body that slides
 /// and spins on several contacts, all of one support, comes to rest on all of them at once. Then the first half of (8)
-/// holds for each, redundant as it is, and instead of the second the power of friction is all that the cones allow,
-/// with the slip accelerations in place of the velocities that vanish:
+/// holds for each contact, although these equations are redundant. (9) replaces the second half: the power of friction
+/// is the largest that the cones allow, with the slip accelerations in place of the velocities, which vanish:
 ///
 ///   sum_i lambda_t^i' s^i = sum_i mu^i lambda_n^i ||s^i||,   s = (J_t' v)^. = J_t' w + T v   at stage n_s.        (9)
 ///

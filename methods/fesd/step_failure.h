@@ -15,7 +15,7 @@ struct StepFailure {
     newton_failed,       ///< the stage equations were not solved
     undetermined,        ///< the tableau has a singular A, which does not determine forces of closed contacts
     no_right_stage,      ///< slip in space comes to rest, and the tableau has no stage at the right end
-    accumulates,         ///< a contact bounces lower than its gap is known, and closing it would not stop it
+    accumulates,         ///< a contact bounces lower than the error of its gap, and closing it would not stop it
     impacts_accumulate,  ///< impacts at one instant have no end
     no_impulse,          ///< the impact law has no solution
     no_forces,           ///< Painleve's paradox: the load fits no modes,

@@ -10,9 +10,9 @@ namespace ricochet {
 ///
 ///   P A = L U,   L with a unit diagonal,                                                                    (1)
 ///
-/// and its solves. Column after column takes the part of those before it, four of them at a time, so that the inner
-/// loops are long, contiguous and do eight operations per entry. Below about 100 unknowns that is faster than blocks,
-/// which have to be packed. No allocation when the size stays the same.
+/// and its solves. Each column subtracts the contributions of the columns before it, four of them at a time, so that
+/// the inner loops are long and contiguous, with eight operations per entry. Below about 100 unknowns this is faster
+/// than a blocked factorisation, which has to pack its blocks. No allocation when the size stays the same.
 class SmallLu {
  public:
   void factorize(const Matrix& A);

@@ -10,7 +10,7 @@ using LongReal = long double;  // the eigenvectors of many stages lose digits
 using RealMatrix = Eigen::Matrix<LongReal, Eigen::Dynamic, Eigen::Dynamic>;
 using ComplexMatrix = Eigen::Matrix<std::complex<LongReal>, Eigen::Dynamic, Eigen::Dynamic>;
 
-// Sums over k cancel this much at most: two digits of an acceleration.
+// Largest |sigma_jk|, an upper limit of the cancellation in sums over k: two digits of an acceleration.
 constexpr double kMaxSigma = 1e4;
 // Largest residual of (1).
 constexpr double kResidual = 1e-15;

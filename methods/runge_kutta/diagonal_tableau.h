@@ -16,7 +16,7 @@ namespace ricochet {
 struct DiagonalTableau {
   explicit DiagonalTableau(const Matrix& A);
 
-  /// False where (1) does not hold to rounding: eigenvalues of tableaus with a diagonal coincide.
+  /// False if (1) does not hold to rounding, as for triangular A with equal diagonal entries: its eigenvalues coincide.
   bool exists() const { return !l.empty(); }
 
   std::vector<std::complex<double>> l;  ///< eigenvalues

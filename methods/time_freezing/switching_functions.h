@@ -35,10 +35,10 @@ class SwitchingFunctions {
   /// @return false where there are none
   bool evaluate(const RegionState& from, const RegionElement& element);
 
-  /// The function that seems to reach zero first of those that are negative at the right end; null for none.
-  /// @param located  whose zero the right end is
+  /// Of the functions that are negative at the right end, the one that reaches zero first by linear interpolation; null
+  /// if none is negative. @param located  the function whose zero defines the right end; it is left out
   Function* first_negative(RegionSwitch located);
-  /// Whether a gap that is open at both ends of a flight is closed at a stage: the length becomes that up to it.
+  /// Whether a gap that is open at both ends of a flight is closed at a stage. If so, `length` is cut to end there.
   bool cuts_dip(const RegionElement& element, RegionSwitch located, double& length);
 
  private:

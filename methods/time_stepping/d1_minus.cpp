@@ -60,7 +60,7 @@ Solution D1Minus::do_solve(const Problem& problem, const Settings& settings) con
   const double h = run.h;
   const Vector &q = run.q, &v = run.v;
   const bool is_affine = std::ranges::all_of(info.contacts, &ContactInfo::is_affine);
-  const bool keeps_force = !info.structure.force_uses_velocity;  // then f(q_{k+1}) is that of the next step
+  const bool keeps_force = !info.structure.force_uses_velocity;  // f of (5) serves the next step as well
 
   Vector change = free.change(q, v), v_tilde(info.n_q), v_free(info.n_q);
   Vector shift = Vector::Zero(info.n_c()), slip_shift = Vector::Zero(info.n_lambda_t);

@@ -5,16 +5,17 @@
 //   lambda_t = -mu lambda_n J_t' v / sqrt(||J_t' v||^2 + v_s^2)                             (2)
 //
 // Stiffness k = stiffness=, in N/m; by default such that a contact lasts t_c = sqrt(h T) / 5 (T: end time), k = m_n
-// (pi / t_c)^2 with the mass m_n = 1 / (J_n' M^-1 J_n) that the contact feels: as h falls, contacts get stiffer, and
-// have more steps. c = 2 zeta sqrt(k m_n), zeta from the restitution of a damped spring that does not pull,
+// (pi / t_c)^2 with the mass m_n = 1 / (J_n' M^-1 J_n) that the contact feels: as h falls, contacts get stiffer and
+// last more steps. c = 2 zeta sqrt(k m_n), zeta from the restitution of a damped spring that does not pull,
 //
 //   eps_r = exp(-zeta / s phi),   phi = atan2(2 zeta s, 2 zeta^2 - 1),   s = sqrt(1 - zeta^2)   (3)
 //
 // (log((zeta + s) / (zeta - s)) with s = sqrt(zeta^2 - 1) in place of phi when zeta > 1),
-// with zeta <= 5 (eps_r = 0.01) in place of eps_r = 0. v_s = slip_speed=, in m/s; by default a tenth of what friction
-// changes the slip by in a step.
+// with zeta <= 5 (eps_r = 0.01) in place of eps_r = 0. v_s = slip_speed=, in m/s; by default a tenth of the change
+// of slip velocity that friction causes in a step.
 //
-// One step of the linearly implicit midpoint rule, contacts in it with their derivatives, v_m = (v_{k+1} + v_k) / 2:
+// One step of the linearly implicit midpoint rule, which includes the derivatives of the contact forces, with
+// v_m = (v_{k+1} + v_k) / 2:
 //
 //   (M - h/2 f_v - h^2/4 f_q) (v_{k+1} - v_k) = h f + h^2/2 f_q v_k + J_n Lambda_n + J_t Lambda_t   (4)
 //   Lambda_n = -h (k f_c + (c + h k / 2) J_n' v_m)                                        (5)
@@ -22,8 +23,8 @@
 //   q_{k+1} = q_k + h v_m                                                                 (7)
 //
 // M, J_n, J_t at q_k + h/2 v_k; contacts that would pull are left out and (4) is solved again. Order 2 between
-// contacts; an impact is late and long by t_c and has eps_r to O(h / t_c), so that the order through impacts is 1/2;
-// with a stiffness of its own the method converges to the motion of compliant bodies.
+// contacts. An impact takes the time t_c and has eps_r to O(h / t_c), so that the order through impacts is 1/2. With
+// stiffness= the method converges to the motion of compliant bodies.
 //
 // Source: Acary, Brogliato (2008), section 1.2 (Kelvin-Voigt); (3): Schwager, Poeschel, Granular Matter 9 (2007)
 // 465-469.

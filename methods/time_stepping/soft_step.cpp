@@ -10,7 +10,7 @@
 // A sweep goes through the contacts once: constraints first, and of a contact its normal direction first,
 //
 //   lambda_n <- max(0, lambda_n - m (a_m J_n' v + b) - a_i lambda_n),   m = 1 / (J_n' M^-1 J_n)        (3)
-//   lambda_t <- the disc of radius mu lambda_n, of lambda_t - (J_t' M^-1 J_t)^-1 J_t' v              (4)
+//   lambda_t <- P(lambda_t - (J_t' M^-1 J_t)^-1 J_t' v),   P: onto the disc of radius mu lambda_n      (4)
 //
 // and v follows each change. b = f_c / h, a_m = 1, a_i = 0 where the gap is open ("speculative"), and b = 0 in a sweep
 // without springs; in one with, where f_c <= 0,
@@ -24,11 +24,11 @@
 //
 //   lambda_n <- max(0, lambda_n - m (J_n' v + eps_r J_n' v_k))                                         (6)
 //
-// What is at rest stands g / omega^2 below the surface, 0.28 mm with 30 Hz under gravity: there the spring moves back
-// what (3) leaves of the weight. It gets there with the rate a_m omega / (2 zeta + h omega), omega / (2 zeta) = 9 / s in
-// steps of engines and h omega^2 in small ones, so that the order is 1 once h omega 2 zeta << 1, h << 0.3 ms. A large
-// frequency is the cap 1 / (4 h): the penetration is O(h^2). The impulse of (6) has no friction, and knows nothing of
-// joints: oblique impacts with restitution do not converge.
+// A body at rest stands g / omega^2 below the surface, 0.28 mm with 30 Hz under gravity: there the spring balances the
+// part of the weight that (3) leaves. It approaches this depth with the rate a_m omega / (2 zeta + h omega), which is
+// omega / (2 zeta) = 9 / s in steps of engines and h omega^2 in small ones, so that the order is 1 once
+// h omega 2 zeta << 1, h << 0.3 ms. A large frequency is limited to 1 / (4 h): the penetration is O(h^2). The impulse
+// of (6) has no friction and ignores joints: oblique impacts with restitution do not converge.
 // Source: E. Catto, Box2D v3, src/contact_solver.c and src/solver.c; Soft Constraints, GDC 2011; Solver2D, 2024.
 // Differs from the source: 1. generalised coordinates, double precision, friction in space with a disc; 2. forces, gaps,
 // M, J_n, J_t are evaluated in each substep, where the source keeps forces and anchors of contacts; 3. the source's

@@ -34,7 +34,7 @@ struct LzbImpact {
 };
 
 /// @param G  n x n, symmetric, positive semidefinite [1/kg]  @param w  w-, n [m/s]
-/// @param steps  of (4) in the time that the contacts take as one spring; the method has order 4 between events
+/// @param steps  of (4) per duration of an impact of the stiffest contact alone, roughly; order 4 between events
 /// Throws InputError for sizes and values outside their range, std::runtime_error for impacts that do not end.
 LzbImpact lzb_impact(const LzbLaw& law, const Matrix& G, const Vector& w, int steps = 2000);
 
