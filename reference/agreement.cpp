@@ -153,11 +153,11 @@ Reference make_reference(const Problem& problem, double tolerance) {
       if (!best_steps[k].is_limit()) difference = std::max(difference, std::abs(best_steps[k].t - other_steps[k].t));
     }
   }
-  double rounding = 1e-15 * size;
-  if (!best.events.empty()) {  // CVODE locates a root to within 100 roundings of t
-    rounding = std::max(rounding, 100 * std::numeric_limits<double>::epsilon() * best.events.back().t);
+  double least = tolerance * size;  // a run claims no error below its tolerance
+  if (!best.events.empty()) {       // CVODE locates a root to within 100 roundings of t
+    least = std::max(least, 100 * std::numeric_limits<double>::epsilon() * best.events.back().t);
   }
-  reference.uncertainty = 3 * std::max(difference, rounding);
+  reference.uncertainty = 3 * std::max(difference, least);
   reference.how =
       fmt::format("CVODE with event location, Adams and BDF at {:.0e} and {:.0e}{}", tolerance, 10 * tolerance,
                   problem.info().structure.has_bounds ? "" : ", with steps bounded by the gaps for want of enclosures");
