@@ -129,6 +129,11 @@ double SymbolicModel::number(const GiNaC::ex& expression) const {
   return value;
 }
 
+const GiNaC::ex* SymbolicModel::exact_value(const ParameterInfo& parameter) const {
+  const auto exact = exact_values.find(parameter.name);
+  return exact != exact_values.end() && number(exact->second) == parameter.value ? &exact->second : nullptr;
+}
+
 SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(stated(std::move(model))), model_(stated_) {
   if (add_clock(model_)) info_.clock = static_cast<int>(model_.q.size()) - 1;
   const int n_q = static_cast<int>(model_.q.size());

@@ -36,15 +36,16 @@ struct SymbolicModel {
     bool is_bilateral = false;          ///< a constraint gap = 0
   };
 
-  std::string id;                                ///< as ProblemInfo::id
-  std::string title;                             ///< as ProblemInfo::title
-  std::string source;                            ///< as ProblemInfo::source
-  std::string hard_feature;                      ///< as ProblemInfo::hard_feature
-  std::vector<ParameterInfo> parameters;         ///< names, values and units
-  std::vector<GiNaC::symbol> parameter_symbols;  ///< same order as `parameters`
-  std::vector<GiNaC::symbol> q;                  ///< n_q coordinates
-  std::vector<GiNaC::symbol> v;                  ///< n_q velocities
-  std::vector<GiNaC::symbol> u;                  ///< n_u controls
+  std::string id;                                 ///< as ProblemInfo::id
+  std::string title;                              ///< as ProblemInfo::title
+  std::string source;                             ///< as ProblemInfo::source
+  std::string hard_feature;                       ///< as ProblemInfo::hard_feature
+  std::vector<ParameterInfo> parameters;          ///< names, values and units
+  std::vector<GiNaC::symbol> parameter_symbols;   ///< same order as `parameters`
+  std::map<std::string, GiNaC::ex> exact_values;  ///< of parameters that a formula of numbers states
+  std::vector<GiNaC::symbol> q;                   ///< n_q coordinates
+  std::vector<GiNaC::symbol> v;                   ///< n_q velocities
+  std::vector<GiNaC::symbol> u;                   ///< n_u controls
   GiNaC::symbol t{"t"};  ///< time; may occur in force, input, control, gaps, tangents and drives
 
   std::vector<Expressions> mass;              ///< n_q rows of n_q entries
@@ -62,6 +63,8 @@ struct SymbolicModel {
 
   /// Value of an `expression` of parameters and numbers.
   double number(const GiNaC::ex& expression) const;
+  /// The formula of numbers that states a parameter, such as 1/3; null if there is none, or if the value was changed.
+  const GiNaC::ex* exact_value(const ParameterInfo& parameter) const;
   /// The parameters as constants of a program; if they `may_change`, StraightLineProgram::set_constants() sets them.
   std::vector<StraightLineProgram::Constant> constants(bool may_change = false) const;
 };

@@ -72,6 +72,8 @@ class SceneReader {
         } else if (stated.formula) {
           formulas[name] = *stated.formula;
           continue;
+        } else if (stated.exact) {
+          model_.exact_values[name] = *stated.exact;
         }
         model_.parameters.push_back({name, value, ""});
         model_.parameter_symbols.push_back(GiNaC::ex_to<GiNaC::symbol>(symbol));
@@ -90,10 +92,11 @@ class SceneReader {
     }
   }
 
-  /// A number, or a formula of other parameters.
+  /// A number, a formula of numbers, or a formula of other parameters.
   struct ParameterValue {
     double number = 0;
-    std::optional<ex> formula;
+    std::optional<ex> formula = {};  ///< of other parameters
+    std::optional<ex> exact = {};    ///< of numbers
   };
 
   /// @throws InputError for a value that is neither
@@ -101,12 +104,12 @@ class SceneReader {
     const std::string text = field.text();
     double value = 0;
     const auto [end, error] = std::from_chars(text.data(), text.data() + text.size(), value);
-    if (error == std::errc() && end == text.data() + text.size()) return {value, {}};
+    if (error == std::errc() && end == text.data() + text.size()) return {value};
     const ex formula = parse_expression(text, constants_, fmt::format("{} = '{}'", field.name(), text.substr(0, 100)));
     for (const auto& [name, symbol] : constants_.scalars) {
-      if (formula.has(symbol)) return {0, formula};
+      if (formula.has(symbol)) return {.formula = formula};
     }
-    return {formula_value(text, constants_, field.name()), {}};
+    return {.number = formula_value(text, constants_, field.name()), .exact = formula};
   }
 
   /// Parameters with `formulas` of other parameters follow them: other formulas take the formula in place of the name.

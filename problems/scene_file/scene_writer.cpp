@@ -50,6 +50,16 @@ ordered_json contact_json(const SymbolicModel& model, const SymbolicModel::Conta
   return entry;
 }
 
+/// Initial values as formulas; as numbers where those of the problem are others.
+ordered_json start_texts(const SymbolicModel& model, const SymbolicModel::Expressions& stated, const Vector& current) {
+  ordered_json list = ordered_json::array();
+  for (std::size_t k = 0; k < stated.size(); ++k) {
+    const double value = current[static_cast<Eigen::Index>(k)];
+    list.push_back(model.number(stated[k]) == value ? expression_text(stated[k]) : fmt::format("{}", value));
+  }
+  return list;
+}
+
 }  // namespace
 
 std::string scene_text(const Problem& problem, const SceneTextOptions& options) {
@@ -57,13 +67,17 @@ std::string scene_text(const Problem& problem, const SceneTextOptions& options) 
   if (!formulas) throw InputError("problem", problem.info().id, "only a problem made of formulas can be written");
   const SymbolicModel& model = formulas->model();
 
+  const ProblemInfo& info = problem.info();
+
   ordered_json scene;
   for (const auto& parameter : model.parameters) {
-    scene["params"][parameter.name] = fmt::format("{}", parameter.value);  // the shortest text that reads back exactly
+    const GiNaC::ex* const exact = model.exact_value(parameter);
+    scene["params"][parameter.name] =
+        exact ? expression_text(*exact) : fmt::format("{}", parameter.value);  // the shortest that reads back exactly
     if (!parameter.unit.empty()) scene["units"][parameter.name] = parameter.unit;
   }
-  scene["q0"] = texts(model.q0);
-  scene["v0"] = texts(model.v0);
+  scene["q0"] = start_texts(model, model.q0, info.q0);
+  scene["v0"] = start_texts(model, model.v0, info.v0);
   scene["T"] = expression_text(model.end_time);
   if (model.geometry) scene["geometry"] = geometry_json(model);
   scene["M"] = texts(model.mass);
@@ -78,7 +92,7 @@ std::string scene_text(const Problem& problem, const SceneTextOptions& options) 
     for (const ShapePair& pair : model.geometry->pairs)
       add_pair(scene["contacts"][pair.contact], pair, *model.geometry);
   }
-  if (const ImpactLaw& law = model.impact_law; law.hypothesis != ImpactHypothesis::newton) {
+  if (const ImpactLaw& law = info.impact_law; law.hypothesis != ImpactHypothesis::newton) {
     scene["impact_law"] = {{"hypothesis", name_of(law.hypothesis)}};
     if (law.hypothesis == ImpactHypothesis::lzb) scene["impact_law"]["eta"] = fmt::format("{}", law.eta);
     for (const double K : law.stiffness) scene["impact_law"]["stiffness"].push_back(fmt::format("{}", K));

@@ -14,8 +14,8 @@ struct SceneTextOptions {
   bool with_normals = false;  ///< "Jn" of every contact, for readers that cannot differentiate
 };
 
-/// The problem as a scene file for read_scene_file(): formulas in terms of the parameters, with their values in
-/// `problem`. Equal problems give equal texts. `options` add fields.
+/// The problem as a scene file for read_scene_file(): formulas in terms of the parameters, with the values of these, the
+/// initial state and the impact law of `problem`. Equal problems give equal texts. `options` add fields.
 /// @throws InputError for a problem that is not made of formulas
 std::string scene_text(const Problem& problem, const SceneTextOptions& options = {});
 

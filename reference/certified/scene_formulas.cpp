@@ -207,8 +207,11 @@ class SceneTranslation {
         exact_(reading),
         program_(program),
         translate_(program) {
-    for (std::size_t k = 0; k < model_.parameters.size(); ++k)
-      parameters_[model_.parameter_symbols[k]] = as_read(model_.parameters[k].value, reading);
+    for (std::size_t k = 0; k < model_.parameters.size(); ++k) {
+      const ParameterInfo& parameter = model_.parameters[k];
+      const ex* const exact = reading == Reading::decimal ? model_.exact_value(parameter) : nullptr;
+      parameters_[model_.parameter_symbols[k]] = exact ? exact_(*exact) : ex(as_read(parameter.value, reading));
+    }
   }
 
   SceneFormulas run() {

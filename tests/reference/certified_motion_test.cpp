@@ -12,6 +12,7 @@
 
 #include "problems/registry.h"
 #include "problems/scene_file/scene_file.h"
+#include "problems/scene_file/scene_writer.h"
 #include "reference/certified/ball.h"
 
 namespace ricochet::reference::certified {
@@ -66,6 +67,16 @@ TEST(CertifiedMotion, ParabolaIsExact) {
   EXPECT_TRUE(arb_overlaps(interval(motion.q[0]).get(), decimal_ball("-0.70345").get()));  // 0.3 + 1.4 - 9.81 0.49 / 2
   EXPECT_TRUE(arb_overlaps(interval(motion.v[0]).get(), decimal_ball("-4.867").get()));
   EXPECT_GE(motion.decimals(), 30);
+}
+
+/// As a decimal it would be 0.3333333333333333. Somebody who changes it gives a decimal.
+TEST(CertifiedMotion, ParameterIsTheNumberThatItsFormulaStates) {
+  const std::string scene =
+      R"({"params": {"a": "1/3"}, "q0": ["0"], "v0": ["0"], "T": "1", "M": [["1"]], "f": ["6*a"], "contacts": []})";
+  const auto position = [](const Problem& problem) { return certified_motion(problem).q.at(0).text; };
+  EXPECT_EQ(position(*read_scene_text(scene, "scene")), "1");
+  EXPECT_EQ(position(*read_scene_text(scene_text(*read_scene_text(scene, "scene")), "copy")), "1");
+  EXPECT_EQ(position(*read_scene_text(scene, "scene", {{"a", 0.25}})), "0.75");
 }
 
 /// q = cos(omega t), v = -omega sin(omega t), omega = 10, for 100 rad.

@@ -350,6 +350,17 @@ TEST_F(SceneFile, TimeHasItsPlaces) {
             "FILE: contacts[0].Jn (nothing) = 0: the gap does not depend on any coordinate at q0");
 }
 
+TEST(SceneText, HasTheInitialStateAndTheImpactLawThatWereSet) {
+  const auto problem = make_problem("bouncing_ball");
+  problem->set_initial_state(2 * problem->info().q0, problem->info().v0);
+  ImpactLaw law = problem->info().impact_law;
+  law.hypothesis = ImpactHypothesis::poisson;
+  problem->set_impact_law(law);
+  const auto copy = read_scene_text(scene_text(*problem), "copy");
+  EXPECT_EQ(copy->info().q0, problem->info().q0);
+  EXPECT_EQ(copy->info().impact_law.hypothesis, ImpactHypothesis::poisson);
+}
+
 TEST_F(SceneFile, IsWrittenWithItsTime) {
   const auto p = read_scene_file(test_data("moving_table.json"));
   const std::string text = scene_text(*p);
