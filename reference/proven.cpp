@@ -4,28 +4,49 @@
 
 #include <algorithm>
 #include <limits>
+#include <nlohmann/json.hpp>
 
+#include "problems/scene_file/scene_writer.h"
 #include "reference/certified/certified_motion.h"
+#include "reference/certified/sha256.h"
 
 namespace ricochet::reference {
+
+extern const char* const kStoredProofs;  // the text of reference/data/proofs.json, by CMake
+
 namespace {
 
 using certified::CertifiedMotion;
 using certified::Grade;
+using nlohmann::json;
 
 constexpr double kEps = std::numeric_limits<double>::epsilon();
 constexpr double kRounding = 64 * kEps;  // of a scene whose numbers are rounded, where no second proof exists
 constexpr int kDigits = 20;              // decimals that are wanted: three more than doubles have
 constexpr int kLeastDecimals = 17;
 
+/// A proven final state, rounded to double.
+struct Proof {
+  std::string grade;
+  int decimals = 0;
+  Vector q, v;                  ///< of the bodies
+  double radius = 0;            ///< largest, of q and v
+  std::optional<double> moved;  ///< max|x - x_rounded| of (1), if it is proven
+};
+
+Vector appended(const Vector& x, int n, double clock) {
+  Vector longer = Vector::Constant(n, clock);
+  longer.head(x.size()) = x;
+  return longer;
+}
+
 bool is_certain(const CertifiedMotion& motion) {
   return motion.grade <= Grade::assumed && motion.decimals() >= kLeastDecimals;
 }
 
-/// The proven numbers, rounded, and the clock of the problem.
-Vector rounded(const std::vector<certified::CertifiedNumber>& numbers, int n, double clock) {
-  Vector x = Vector::Constant(n, clock);
-  for (std::size_t k = 0; k < numbers.size(); ++k) x[static_cast<Eigen::Index>(k)] = std::stod(numbers[k].text);
+Vector rounded(const std::vector<certified::CertifiedNumber>& numbers) {
+  Vector x(static_cast<Eigen::Index>(numbers.size()));
+  for (Eigen::Index k = 0; k < x.size(); ++k) x[k] = std::stod(numbers[static_cast<std::size_t>(k)].text);
   return x;
 }
 
@@ -36,38 +57,56 @@ double largest_radius(const CertifiedMotion& motion) {
   return radius;
 }
 
-bool same_events(const CertifiedMotion& a, const CertifiedMotion& b) {
-  return std::ranges::equal(a.events, b.events,
-                            [](const auto& x, const auto& y) { return x.kind == y.kind && x.contact == y.contact; });
+std::optional<Proof> new_proof(const Problem& problem, double max_seconds) {
+  const CertifiedMotion motion = certified::certified_motion(problem, {.digits = kDigits, .max_seconds = max_seconds});
+  if (!is_certain(motion)) return std::nullopt;
+  Proof proof{name_of(motion.grade), motion.decimals(),      rounded(motion.q),
+              rounded(motion.v),     largest_radius(motion), std::nullopt};
+  proof.moved = certified::moved_by_rounding(
+      problem, motion, {.digits = kDigits, .max_seconds = std::max(0.1, max_seconds - motion.seconds)});
+  return proof;
+}
+
+Vector vector_of(const json& numbers) {
+  Vector x(static_cast<Eigen::Index>(numbers.size()));
+  for (Eigen::Index k = 0; k < x.size(); ++k)
+    x[k] = std::stod(numbers[static_cast<std::size_t>(k)].at("value").get<std::string>());
+  return x;
+}
+
+std::optional<Proof> stored_proof(const Problem& problem) {
+  static const json document = json::parse(kStoredProofs);
+  if (!problem.formulas()) return std::nullopt;
+  const std::string hash = certified::sha256(scene_text(problem));
+  const auto& proofs = document.at("proofs");
+  const auto known = std::ranges::find_if(proofs, [&](const json& entry) { return entry.at("scene_sha256") == hash; });
+  if (known == proofs.end()) return std::nullopt;
+  Proof proof{known->at("grade"), known->at("decimals"), vector_of(known->at("q")), vector_of(known->at("v")), 0,
+              std::nullopt};
+  for (const char* list : {"q", "v"})
+    for (const json& number : known->at(list)) proof.radius = std::max(proof.radius, number.at("radius").get<double>());
+  if (!known->at("moved_by_rounding").is_null()) proof.moved = known->at("moved_by_rounding").get<double>();
+  return proof;
 }
 
 }  // namespace
 
 std::optional<Reference> proven_reference(const Problem& problem, double max_seconds) {
-  const CertifiedMotion motion = certified::certified_motion(problem, {.digits = kDigits, .max_seconds = max_seconds});
-  if (!is_certain(motion)) return std::nullopt;
-  const ProblemInfo& info = problem.info();
+  auto proof = stored_proof(problem);
+  if (!proof) proof = new_proof(problem, max_seconds);
+  if (!proof) return std::nullopt;
   Reference reference;
-  reference.solution.q = rounded(motion.q, problem.n_q(), info.end_time);
-  reference.solution.v = rounded(motion.v, problem.n_q(), 1);
-  const CertifiedMotion other =
-      certified::certified_motion(problem, {.digits = kDigits,
-                                            .reading = certified::Reading::rounded,
-                                            .max_seconds = std::max(0.1, max_seconds - motion.seconds)});
-  const bool is_compared = is_certain(other) && same_events(motion, other);
+  reference.solution.q = appended(proof->q, problem.n_q(), problem.info().end_time);
+  reference.solution.v = appended(proof->v, problem.n_q(), 1);
   const double size = reference.size();
-  const double moved = is_compared ? final_state_difference(rounded(other.q, problem.n_q(), info.end_time),
-                                                            rounded(other.v, problem.n_q(), 1), reference.solution.q,
-                                                            reference.solution.v)
-                                   : kRounding * size;
-  reference.uncertainty = largest_radius(motion) + moved + kEps * size;  // (1)
+  reference.uncertainty = proof->radius + proof->moved.value_or(kRounding * size) + kEps * size;  // (1)
   reference.how = fmt::format("{} to {} decimals by Taylor series in ball arithmetic{}",
-                              motion.grade == Grade::proven ? "proven" : "proven, but for assumptions,",
-                              motion.decimals(), is_compared ? "" : "; the effect of rounded numbers is estimated");
+                              proof->grade == "proven" ? "proven" : "proven, but for assumptions,", proof->decimals,
+                              proof->moved ? "" : "; the effect of rounded numbers is estimated");
   return reference;
 }
 
-Reference best_reference(const Problem& problem) {
+Reference truth_of(const Problem& problem) {
   if (auto proven = proven_reference(problem)) return *std::move(proven);
   return make_reference(problem);
 }

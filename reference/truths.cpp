@@ -75,7 +75,7 @@ const std::vector<GroundTruth>& certified_cases() {
   return cases;
 }
 
-std::optional<GroundTruth> truth_of(const std::string& problem, const ParameterChanges& parameters) {
+std::optional<GroundTruth> known_solution(const std::string& problem, const ParameterChanges& parameters) {
   if (problem.find(".json") != std::string::npos) {
     const auto hash = problem.rfind('#');
     if (hash == std::string::npos || !parameters.empty()) return std::nullopt;

@@ -9,7 +9,9 @@
 #include "bench/commands/number_checks.h"
 #include "bench/commands/problem_options.h"
 #include "problems/input_error.h"
+#include "problems/scene_file/scene_writer.h"
 #include "reference/certified/certificate.h"
+#include "reference/certified/sha256.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -21,6 +23,7 @@ using reference::certified::CertifiedMotion;
 using reference::certified::CertifiedNumber;
 using reference::certified::Grade;
 using reference::certified::Reading;
+using reference::certified::sha256;
 
 struct TruthArguments {
   ProblemOptions problem;
@@ -43,7 +46,7 @@ void print_event(const CertifiedEvent& event, const ProblemInfo& info) {
   }
 }
 
-void print_motion(const CertifiedMotion& motion, const ProblemInfo& info) {
+void print_motion(const CertifiedMotion& motion, std::optional<double> moved, const ProblemInfo& info) {
   fmt::print("problem    {}: {}\n", info.id, info.title);
   fmt::print(
       "grade      {}{}\n", name_of(motion.grade),
@@ -52,6 +55,7 @@ void print_motion(const CertifiedMotion& motion, const ProblemInfo& info) {
   fmt::print("numbers    {}\n", motion.reading == Reading::decimal
                                     ? "as written; parameters as the shortest decimals that read back to their doubles"
                                     : "rounded to doubles, as methods integrate them");
+  if (moved) fmt::print("           rounded to doubles, they move the final state by {:.1e}\n", *moved);
   for (const auto& event : motion.events) print_event(event, info);
   if (motion.grade == Grade::open) {
     fmt::print("stopped    t = {}\n", motion.end_time.text);
@@ -71,10 +75,12 @@ ordered_json json_of(const std::vector<CertifiedNumber>& numbers) {
   return list;
 }
 
-ordered_json json_of(const CertifiedMotion& motion, const ProblemInfo& info) {
-  ordered_json document = {{"problem", info.id}, {"grade", name_of(motion.grade)}, {"reason", motion.reason}};
+ordered_json json_of(const CertifiedMotion& motion, std::optional<double> moved, const Problem& problem) {
+  ordered_json document = {{"problem", problem.info().id}, {"grade", name_of(motion.grade)}, {"reason", motion.reason}};
+  if (problem.formulas()) document["scene_sha256"] = sha256(scene_text(problem));
   document["assumptions"] = motion.assumptions;
   document["reading"] = motion.reading == Reading::decimal ? "decimal" : "rounded";
+  document["moved_by_rounding"] = moved ? ordered_json(*moved) : ordered_json();
   document["decimals"] = motion.grade == Grade::open ? ordered_json() : ordered_json(motion.decimals());
   document["t"] = motion.end_time.text;
   document["q"] = json_of(motion.q);
@@ -126,10 +132,12 @@ void print_truth(TruthArguments& arguments, int& exit_code) {
   if (!arguments.output.empty()) require_new_file("--output", arguments.output);
   arguments.options.with_steps = !arguments.output.empty();
   const CertifiedMotion motion = certified_motion(*problem, arguments.options);
+  const auto moved =
+      arguments.rounded ? std::nullopt : reference::certified::moved_by_rounding(*problem, motion, arguments.options);
   if (arguments.as_json)
-    fmt::print("{}\n", json_of(motion, problem->info()).dump(2));
+    fmt::print("{}\n", json_of(motion, moved, *problem).dump(2));
   else
-    print_motion(motion, problem->info());
+    print_motion(motion, moved, problem->info());
   if (motion.grade == Grade::open)
     exit_code = 1;
   else if (!arguments.output.empty())

@@ -30,7 +30,7 @@ std::unique_ptr<Problem> ProblemChoice::make_problem() const {
 
 std::optional<reference::GroundTruth> ProblemChoice::truth() const {
   if (is_changed) return std::nullopt;
-  return reference::truth_of(is_scene_file() ? found_scene(problem) : problem, parameters);
+  return reference::known_solution(is_scene_file() ? found_scene(problem) : problem, parameters);
 }
 
 reference::Reference ProblemChoice::make_reference(const Problem& made,
@@ -38,7 +38,7 @@ reference::Reference ProblemChoice::make_reference(const Problem& made,
   const auto known = truth();
   if (!known && !sensitivities.empty())
     throw std::logic_error("a computed reference has no derivatives of the final state");
-  if (!known) return reference::best_reference(made);
+  if (!known) return reference::truth_of(made);
   reference::Reference reference;
   reference.solution = known->solution(sensitivities);
   // 42 decimals of the state, 27 and more of its derivatives, rounded to double.

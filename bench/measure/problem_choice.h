@@ -22,8 +22,7 @@ struct ProblemChoice {
   std::unique_ptr<Problem> make_problem() const;
   /// The solution that is known to many digits, if there is one (reference/truths.h).
   std::optional<reference::GroundTruth> truth() const;
-  /// Reference of the final state: the known solution; else one that is proven within two seconds
-  /// (reference/proven.h); else one computed with SUNDIALS.
+  /// Reference of the final state: the known solution, else reference::truth_of() (reference/proven.h).
   /// @param sensitivities  derivatives that it must contain  @throws InputError if a known solution lacks one
   /// @throws std::logic_error if they are required of a computed reference
   reference::Reference make_reference(const Problem& problem, const std::vector<std::string>& sensitivities = {}) const;

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -23,8 +24,8 @@ const char* name_of(Grade grade);
 
 /// How numbers of a scene are read.
 enum class Reading {
-  decimal,  ///< as written: 0.3 is three tenths. Parameters, and numbers in code, are kept as doubles; they are the
-            ///< shortest decimals that read back to them
+  decimal,  ///< as written: 0.3 is three tenths, 1/3 is a third. Other parameters, and numbers in code, are kept as
+            ///< doubles; they are the shortest decimals that read back to them
   rounded   ///< each number is the double next to it, exactly: the scene that methods in doubles integrate
 };
 
@@ -98,5 +99,10 @@ bool can_certify();
 /// Encloses the motion of the `problem` and proves it, as far as possible. Never throws for a scene that is beyond it:
 /// the result is open, with the reason.
 CertifiedMotion certified_motion(const Problem& problem, const Options& options = {});
+
+/// What rounding the numbers of the scene to double does to the final state, as methods do: the largest difference of
+/// (q, v) between `motion`, whose decimals are exact, and the proven motion of the rounded scene, to within 1e-18.
+/// @returns nothing where the rounded scene stays open or has other events
+std::optional<double> moved_by_rounding(const Problem& problem, const CertifiedMotion& motion, Options options);
 
 }  // namespace ricochet::reference::certified

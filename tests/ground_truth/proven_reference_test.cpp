@@ -1,10 +1,18 @@
 // References from proofs, against solutions of 42 decimals, and their uncertainty.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
+#include <nlohmann/json.hpp>
+
 #include "problems/registry.h"
+#include "problems/scene_file/scene_writer.h"
 #include "reference/certified/certified_motion.h"
+#include "reference/certified/sha256.h"
 #include "reference/proven.h"
 #include "reference/truths.h"
+#include "tests/test_data.h"
 
 namespace ricochet {
 namespace {
@@ -70,8 +78,56 @@ TEST_F(ProvenReference, IsNotOfAnotherImpactLaw) {
 }
 
 TEST_F(ProvenReference, IsTakenBeforeCvodeWhereThereIsOne) {
-  EXPECT_FALSE(proven_reference(*make_problem("bead_row")));  // assembled, without formulas
-  EXPECT_EQ(reference::best_reference(*make_problem("bouncing_ball")).how.substr(0, 6), "proven");
+  EXPECT_EQ(reference::truth_of(*make_problem("bouncing_ball")).how.substr(0, 6), "proven");
+}
+
+nlohmann::json stored_proofs() {
+  return nlohmann::json::parse(std::ifstream(reference_data("proofs.json"))).at("proofs");
+}
+
+std::unique_ptr<Problem> problem_of(const nlohmann::json& proof) {
+  const std::string scene = proof.at("scene");
+  const auto parameters = proof.at("parameters").get<ParameterChanges>();
+  if (scene.find(".json") == std::string::npos) return make_problem(scene, parameters);
+  const auto beside_experiments = std::filesystem::path(reference_data("../../bench/experiments")) / scene;
+  return read_scene_file(
+      std::filesystem::exists(beside_experiments) ? beside_experiments.string() : reference_data("../../" + scene),
+      parameters);
+}
+
+/// Otherwise reference/data/prove_scenes has to be run again.
+TEST(StoredProofs, BelongToTheScenesOfToday) {
+  const auto proofs = stored_proofs();
+  EXPECT_GE(proofs.size(), 40U);
+  for (const auto& proof : proofs)
+    EXPECT_EQ(reference::certified::sha256(scene_text(*problem_of(proof))), proof.at("scene_sha256"))
+        << proof.at("scene") << proof.at("parameters");
+}
+
+TEST_F(ProvenReference, OfTodayIsTheStoredOne) {
+  for (const auto& proof : stored_proofs()) {
+    if (proof.at("seconds") > 0.2) continue;
+    const auto motion = reference::certified::certified_motion(*problem_of(proof), {.digits = 30});
+    const std::string name = fmt::format("{} {}", proof.at("scene").dump(), proof.at("parameters").dump());
+    ASSERT_EQ(name_of(motion.grade), proof.at("grade")) << name;
+    for (const auto& [list, numbers] : {std::pair{"q", motion.q}, std::pair{"v", motion.v}}) {
+      ASSERT_EQ(proof.at(list).size(), numbers.size()) << name;
+      for (std::size_t k = 0; k < numbers.size(); ++k) {
+        const double stored = std::stod(proof.at(list)[k].at("value").get<std::string>());
+        // two roundings to double, beside which radii vanish
+        EXPECT_NEAR(std::stod(numbers[k].text), stored, 1e-15 * std::max(1.0, std::abs(stored))) << name;
+      }
+    }
+  }
+}
+
+TEST(StoredProof, HoldsWithoutANewOne) {
+  const auto problem = make_problem("two_balls_spring", {{"k", 1e7}});
+  const auto stored = proven_reference(*problem, 0.001);  // a new one takes longer
+  ASSERT_TRUE(stored);
+  EXPECT_NE(stored->how.find("proven to"), std::string::npos);
+  problem->set_initial_state(1.01 * problem->info().q0, problem->info().v0);
+  EXPECT_FALSE(proven_reference(*problem, 0.001)) << "of another start";
 }
 
 }  // namespace

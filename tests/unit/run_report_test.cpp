@@ -127,7 +127,7 @@ TEST(IsolatedReference, GoesThroughAnAccumulation) {
   bounces.is_changed = true;  // so that the reference is computed
   const auto ball = bounces.make_problem();
   const auto found = isolated_reference(bounces, *ball, 60);
-  const auto truth = *reference::truth_of(bounces.problem, {});
+  const auto truth = *reference::known_solution(bounces.problem, {});
   EXPECT_LE(found.error_of(truth.solution()), found.uncertainty);
   EXPECT_LE(found.uncertainty, 1e-8);  // the runs cut the accumulation at impacts of other sizes, 3e-9 apart
 }

@@ -117,7 +117,7 @@ std::vector<TrueMotion> HardCase::true_motions(const Problem& the_problem) const
     }
     ParameterChanges changed = parameters;
     for (const auto& [name, value] : motion.at("reference").items()) changed[name] = value;
-    const auto reference = reference::best_reference(*ricochet::make_problem(problem, changed));
+    const auto reference = reference::truth_of(*ricochet::make_problem(problem, changed));
     if (reference.uncertainty > limits.error / 10)
       throw std::runtime_error(fmt::format("{}: its reference is known to {:.1e}, the limit of the error is {:.1e}",
                                            field, reference.uncertainty, limits.error));
