@@ -222,6 +222,24 @@ nlohmann::json stored_cases(const std::string& file) {
   return nlohmann::json::parse(stream).at("cases");
 }
 
+/// Two levers are pushed against stops that they touch, with sin a = s and tan b = y/x: cos(b + a) and sin(a - b). The
+/// addition theorems prove that the gaps are zero; a stop that is 1e-60 away is not proven to touch.
+TEST(CertifiedMotion, SumsOfAnglesTouchExactly) {
+  const auto levers = [](const char* distance) {
+    return fmt::format(
+        R"json({{"params": {{"y": "0.3", "s": "0.4", "x": "sqrt(y/2)-4*s/3"}},
+        "q0": ["atan2(y,x)+asin(s)", "asin(s)-atan2(y,x)"],
+        "v0": ["0", "0"], "T": "1", "M": [["1", "0"], ["0", "1"]], "f": ["1", "1"], "contacts": [
+        {{"name": "first", "gap": "cos(q[0])-(x*sqrt(1-s**2)-y*s)/sqrt(x**2+y**2)+{0}"}},
+        {{"name": "second", "gap": "sin(q[1])-(x*s-y*sqrt(1-s**2))/sqrt(x**2+y**2)+{0}"}}]}})json",
+        distance);
+  };
+  const auto touching = motion_of(levers("0"));
+  EXPECT_EQ(touching.grade, Grade::proven) << touching.reason;
+  EXPECT_EQ(touching.modes, (std::vector<std::string>{"closed", "closed"}));
+  EXPECT_NE(motion_of(levers("1e-60")).grade, Grade::proven);
+}
+
 /// Every stored digit: 45 significant digits are rounded to half a unit of the last one.
 void expect_agreement(const CertifiedNumber& number, const std::string& stored, const std::string& what) {
   const Ball difference = kExact.sub(interval(number), decimal_ball(stored));
