@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 #include <exception>
 
 #include "reference/certified/hybrid_motion.h"
@@ -21,6 +22,15 @@ constexpr int kLeastOrder = 12;
 /// Digits that boxes may lose before the mean value form is cheaper, which costs (2n)^2 more series.
 double affordable_loss(int n) {
   return 20 + 10 * n;
+}
+
+/// Digits that boxes have `lost` in an attempt, or lose until the end time if it stopped because they became wide.
+double expected_loss(const CertifiedMotion& motion, double lost, bool is_undecided, double end_time) {
+  constexpr double kWide = 0.5;  // of all digits: what is undecided with less is no matter of width
+  const bool is_wide = lost > kWide * static_cast<double>(motion.bits) / kBitsPerDigit;
+  if (!is_undecided || !is_wide) return lost;
+  const double part = std::strtod(motion.end_time.text.c_str(), nullptr) / end_time;
+  return lost / std::clamp(part, 0.01, 1.0);
 }
 
 /// How an attempt ended.
@@ -95,8 +105,10 @@ CertifiedMotion certified_motion(const Problem& problem, const Options& options)
     reason = last.motion.reason;
     // After each event the form begins again with a box; a certificate has boxes only.
     const bool has_long_flights = last.motion.n_steps > 2 * std::ssize(last.motion.events) && !next.with_steps;
-    if (!next.mean_value_form && has_long_flights && lost > affordable_loss(problem.n_q())) {
+    const double loss = expected_loss(last.motion, lost, last.is_undecided, problem.info().end_time);
+    if (!next.mean_value_form && has_long_flights && loss > affordable_loss(problem.n_q())) {
       next.mean_value_form = true;
+      next.bits += kSpareBits / 2;  // for the condition of the motion: cheaper than a second run
     } else if (last.is_undecided) {
       next.bits = 2 * next.bits;
     } else {

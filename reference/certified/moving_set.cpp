@@ -110,7 +110,7 @@ void MovingSet::expand(const ModeMotion& motion, const Ball& t) {
 }
 
 bool MovingSet::validate(const ModeMotion& motion, double h) {
-  return step_.validate(motion, h) && (!varies_ || step_.validate(variation_, h));
+  return step_.validate(motion, h) && (!varies_ || step_.validate(motion, variation_, h));
 }
 
 void MovingSet::advance(const ModeMotion& motion, const Ball& t, double h, const Ball& tau, bool at_event) {
@@ -125,7 +125,7 @@ void MovingSet::advance(const ModeMotion& motion, const Ball& t, double h, const
   }
   BallMatrix B(m, std::vector<Ball>(m));
   for (std::size_t i = 0; i < m; ++i) {
-    for (std::size_t k = 0; k < m; ++k) B[i][k] = step_.at(variation_.phi[i][k], h, tau, kMatrixBits);
+    for (std::size_t k = 0; k < m; ++k) B[i][k] = step_.at_of_variation(variation_.phi[i][k], h, tau, kMatrixBits);
   }
   step_.load(center_, t);
   step_.expand(motion, p_.precision().order);

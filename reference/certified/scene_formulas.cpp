@@ -32,7 +32,10 @@ struct ExactNumbers : GiNaC::map_function {
   Reading reading;
 };
 
-/// Rules of angles: sin(-x) = -sin(x), sin(asin(x)) = x, cos(asin(x)) = sqrt(1 - x^2), cos(x)^2 = 1 - sin(x)^2.
+/// Rules of angles, for all real numbers: cos(x)^2 = 1 - sin(x)^2, the addition theorems, and
+///
+///     (cos, sin)(-x) = (cos x, -sin x),   (cos, sin)(asin s) = (sqrt(1 - s^2), s)                                   (1)
+///     (cos, sin)(atan2(y, x)) = (x, y) / sqrt(x^2 + y^2)                                                            (2)
 struct AngleRules : GiNaC::map_function {
   ex operator()(const ex& e) override {
     const ex inner = e.map(*this);
@@ -42,15 +45,36 @@ struct AngleRules : GiNaC::map_function {
       const ex x = inner.op(0).op(0);
       return pow(1 - pow(GiNaC::sin(x), 2), n / 2) * pow(GiNaC::cos(x), n % 2);
     }
-    const bool is_sine = is_call(inner, "sin");
-    if (!is_sine && !is_call(inner, "cos")) return inner;
-    ex x = inner.op(0);
-    const bool is_negative = is_call(-x, "asin");
-    if (is_negative) x = -x;
-    if (!is_call(x, "asin")) return inner;
-    if (!is_sine) return sqrt(1 - pow(x.op(0), 2));
-    return is_negative ? ex(-x.op(0)) : x.op(0);
+    if (is_call(inner, "cos")) return direction(inner.op(0)).cos;
+    return is_call(inner, "sin") ? direction(inner.op(0)).sin : inner;
   }
+
+ private:
+  struct Direction {
+    ex cos, sin;
+  };
+
+  static Direction direction(const ex& angle) {
+    if (GiNaC::is_a<GiNaC::add>(angle)) {
+      Direction sum{1, 0};
+      for (const ex& term : angle) {
+        const Direction next = direction(term);
+        sum = {sum.cos * next.cos - sum.sin * next.sin, sum.sin * next.cos + sum.cos * next.sin};
+      }
+      return sum;
+    }
+    if (is_inverse(-angle)) {
+      const Direction opposite = direction(-angle);
+      return {opposite.cos, -opposite.sin};
+    }
+    if (is_call(angle, "asin")) return {sqrt(1 - pow(angle.op(0), 2)), angle.op(0)};  // (1)
+    if (is_call(angle, "atan2")) {                                                    // (2)
+      const ex y = angle.op(0), x = angle.op(1), length = sqrt((x * x + y * y).expand());
+      return {x / length, y / length};
+    }
+    return {GiNaC::cos(angle), GiNaC::sin(angle)};
+  }
+  static bool is_inverse(const ex& e) { return is_call(e, "asin") || is_call(e, "atan2"); }
   static bool is_call(const ex& e, const char* name) {
     return GiNaC::is_a<GiNaC::function>(e) && GiNaC::ex_to<GiNaC::function>(e).get_name() == name;
   }
@@ -272,14 +296,15 @@ class SceneTranslation {
     }
   }
 
-  /// Whether a formula of q, v and t is zero at the start, by the rules of algebra.
+  /// Whether a formula of q, v and t is zero at the start, by the rules of algebra. A denominator that is zero needs no
+  /// care: the formula has no value in balls then, and nothing is proven of its motion.
   bool is_zero_at_start(const ex& e) const {
     try {
       const ex value = e.subs(start_, GiNaC::subs_options::no_pattern);
       if (value.is_zero() || value.expand().is_zero()) return true;
       AngleRules rules;
       const ex simpler = rules(rules(value).expand()).expand();
-      return simpler.is_zero() || simpler.normal().is_zero();
+      return simpler.is_zero() || simpler.normal().numer().expand().is_zero();
     } catch (const std::exception&) {  // a division by zero
       return false;
     }

@@ -35,7 +35,7 @@ using Node = int;
 /// with coefficients in these balls.
 class SeriesProgram {
  public:
-  explicit SeriesProgram(const Precision& precision) : precision_(precision) {}
+  explicit SeriesProgram(const Precision& precision) : precision_(precision), degree_(precision.order) {}
 
   // Construction of formulas.
   Node constant(const Ball& value);                                  ///< A number.
@@ -81,8 +81,14 @@ class SeriesProgram {
   arb_srcptr coefficient(Node a, int k) const { return nodes_[a].c.at(k); }
 
   // Remainders on 0 <= t <= h.
+  /// The degree N of the polynomials in (1): the order of the precision, or less, until it is changed again.
+  void set_degree(int degree) { degree_ = degree; }
+  int degree() const { return degree_; }  ///< N
   /// Magnitudes of the coefficients c_k h^k of the scheduled nodes, up to order N.
   void measure(const std::vector<Node>& schedule, double h);
+  /// Lowers the degree to D < N. The terms of the scheduled nodes, which are measured, from D + 1 on belong to the
+  /// remainders then: |sum_{D<k<=N} c_k t^k| <= sum_{D<k<=N} |c_k| h^k (t/h)^(D+1).
+  void lower_degree(const std::vector<Node>& schedule, int degree);
   /// The bound rho in (1) of a node from those of its operands. @returns false if there is none: a divisor may be zero
   bool remainder(Node a);
   mag_ptr rho(Node a) { return nodes_[a].rho.get(); }                           ///< Bound of the remainder (1).
@@ -146,6 +152,7 @@ class SeriesProgram {
   bool cauchy(Magnitude& r, Op op, const Entry& a) const;
 
   Precision precision_;
+  int degree_;
   std::vector<Entry> nodes_;
   std::map<std::tuple<Op, Node, Node>, Node> known_;
   std::map<std::pair<Node, Node>, Node> derivatives_;

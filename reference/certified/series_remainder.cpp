@@ -17,7 +17,7 @@
 namespace ricochet::reference::certified {
 
 void SeriesProgram::measure(const std::vector<Node>& schedule, double h) {
-  const int N = precision_.order;
+  const int N = degree_;
   std::vector<Magnitude> power(N + 1);
   Magnitude length;
   mag_set_d(length.get(), h);
@@ -41,9 +41,19 @@ void SeriesProgram::measure(const std::vector<Node>& schedule, double h) {
   }
 }
 
+void SeriesProgram::lower_degree(const std::vector<Node>& schedule, int degree) {
+  for (const Node i : schedule) {
+    Entry& x = nodes_[i];
+    mag_add(x.rho.get(), x.rho.get(), x.suffix[degree + 1].get());
+    mag_zero(x.suffix[degree + 1].get());
+    for (int k = degree; k >= 0; --k) mag_add(x.suffix[k].get(), x.suffix[k + 1].get(), x.alpha[k].get());
+  }
+  degree_ = degree;
+}
+
 void SeriesProgram::tail(Magnitude& r, const Entry& a, const Entry& b) const {
   mag_zero(r.get());
-  const int N = precision_.order;
+  const int N = degree_;
   for (int i = 1; i <= N; ++i) mag_addmul(r.get(), a.alpha[i].get(), b.suffix[N + 1 - i].get());
 }
 
@@ -209,7 +219,7 @@ bool SeriesProgram::disc_bound(Magnitude& r, Op op, const Entry& a, const Magnit
 /// (14) for the best of some sigma.
 bool SeriesProgram::cauchy(Magnitude& r, Op op, const Entry& a) const {
   static constexpr std::array kSigma{1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 11.0, 16.0, 32.0, 64.0};
-  const int N = precision_.order;
+  const int N = degree_;
   mag_inf(r.get());
   for (const double sigma : kSigma) {
     Magnitude s, power, U, bound, divisor;

@@ -101,9 +101,10 @@ void TaylorStep::expand(const ModeMotion& motion, const Variation& variation, co
   for (int k = 0; k <= p_.precision().order; ++k) {
     for (const Node i : motion.schedule) p_.compute(i, k, bits);
     integrate(own, k, bits);
+    limit_.check();
+    if (k > variation_degree()) continue;
     for (const Node i : variation.schedule) p_.compute(i, k, kVariationBits);
     integrate(varied, k, kVariationBits);
-    limit_.check();
   }
 }
 
@@ -154,14 +155,20 @@ bool TaylorStep::validate(const ModeMotion& motion, double h) {
   });
 }
 
-bool TaylorStep::validate(const Variation& variation, double h) {
+bool TaylorStep::validate(const ModeMotion& motion, const Variation& variation, double h) {
   constexpr int kMostIterations = 40;
-  return contract(variation.schedule, rates(variation), h, kMostIterations);
+  std::vector<Magnitude> own(motion.schedule.size());
+  for (std::size_t k = 0; k < own.size(); ++k) mag_set(own[k].get(), p_.rho(motion.schedule[k]));
+  p_.lower_degree(motion.schedule, variation_degree());
+  const bool is_valid = contract(variation.schedule, rates(variation), h, kMostIterations);
+  p_.set_degree(p_.precision().order);
+  for (std::size_t k = 0; k < own.size(); ++k) mag_set(p_.rho(motion.schedule[k]), own[k].get());
+  return is_valid;
 }
 
 bool TaylorStep::contract(const std::vector<Node>& schedule, const Rates& rates, double h, int most_iterations,
                           const Rates& starts) {
-  const auto N = static_cast<ulong>(p_.precision().order);
+  const auto N = static_cast<ulong>(p_.degree());
   p_.measure(schedule, h);
   Magnitude length;
   mag_set_d(length.get(), h);
@@ -215,7 +222,10 @@ bool TaylorStep::contract(const std::vector<Node>& schedule, const Rates& rates,
 }
 
 void TaylorStep::polynomial(BoundedPolynomial& f, Node node, double h, int vanishing) const {
-  const int N = p_.precision().order;
+  polynomial(f, node, h, vanishing, p_.precision().order);
+}
+
+void TaylorStep::polynomial(BoundedPolynomial& f, Node node, double h, int vanishing, int N) const {
   const slong bits = p_.precision().bits;
   const Ball length(h);
   Ball power(1.0), scaled;
@@ -236,6 +246,12 @@ void TaylorStep::polynomial(BoundedPolynomial& f, Node node, double h, int vanis
 Ball TaylorStep::at(Node node, double h, const Ball& tau, slong bits) const {
   BoundedPolynomial f;
   polynomial(f, node, h, 0);
+  return f.at(tau, bits);
+}
+
+Ball TaylorStep::at_of_variation(Node phi, double h, const Ball& tau, slong bits) const {
+  BoundedPolynomial f;
+  polynomial(f, phi, h, 0, variation_degree());
   return f.at(tau, bits);
 }
 

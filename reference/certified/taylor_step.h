@@ -63,26 +63,34 @@ class TaylorStep {
   void load(const std::vector<Ball>& x, const Ball& t);
   /// Coefficients up to `order` of everything in motion.schedule, from loaded values.
   void expand(const ModeMotion& motion, int order);
-  /// The same together with the variation from Phi(0) = Q, of 2n columns; the variation with kVariationBits.
+  /// The same together with the variation from Phi(0) = Q, of 2n columns; the variation with kVariationBits, up to
+  /// variation_degree().
   void expand(const ModeMotion& motion, const Variation& variation, const std::vector<std::vector<Ball>>& Q);
 
   /// A step length of Jorba and Zou, by the last coefficients of velocities and event functions [s].
   double suggested_length(const ModeMotion& motion) const;
   /// Whether the remainders on [0, h] are proven; they are in the program then.
   bool validate(const ModeMotion& motion, double h);
-  /// The same for the variation, after validate().
-  bool validate(const Variation& variation, double h);
+  /// The same for the variation, after that of its motion, whose remainders stay as they are.
+  bool validate(const ModeMotion& motion, const Variation& variation, double h);
 
   /// f(tau h) / tau^vanishing, of a node whose first `vanishing` coefficients are exactly zero.
   void polynomial(BoundedPolynomial& f, Node node, double h, int vanishing) const;
   /// Value of a node at t = tau h.
   Ball at(Node node, double h, const Ball& tau, slong bits) const;
+  /// Value of an entry of the variation at t = tau h.
+  Ball at_of_variation(Node phi, double h, const Ball& tau, slong bits) const;
 
   static constexpr slong kVariationBits = 96;  ///< the variation multiplies radii only
+  /// Degree D of the variation's polynomials, a third of N. Where the last term of the motion is (z h)^N / N! = 2^-bits,
+  /// that of degree D is about 2^(-(bits - N log2(3)) / 3), which is 2^(-bits / 7); of a series with a radius of
+  /// convergence it is 2^(-bits / 3). A relative error of this size does not matter to radii.
+  int variation_degree() const { return p_.precision().order / 3; }
 
  private:
   /// A variable and its derivative with respect to time.
   using Rates = std::vector<std::pair<Node, Node>>;
+  void polynomial(BoundedPolynomial& f, Node node, double h, int vanishing, int N) const;
   Rates rates(const ModeMotion& motion) const;
   Rates rates(const Variation& variation) const;
   void integrate(const Rates& rates, int k, slong bits);

@@ -14,6 +14,7 @@
 #include "problems/scene_file/scene_file.h"
 #include "problems/scene_file/scene_writer.h"
 #include "reference/certified/ball.h"
+#include "reference/certified/scene_formulas.h"
 
 namespace ricochet::reference::certified {
 namespace {
@@ -231,6 +232,41 @@ TEST(CertifiedMotion, ReadingsDiffer) {
 nlohmann::json stored_cases(const std::string& file) {
   std::ifstream stream(std::string(RICOCHET_REFERENCE_DATA) + "/" + file);
   return nlohmann::json::parse(stream).at("cases");
+}
+
+/// Two levers are pushed against stops that they touch, with sin a = s and tan b = y/x: cos(b + a) and sin(a - b). The
+/// addition theorems prove that the gaps are zero; a stop that is 1e-60 away is not proven to touch.
+TEST(CertifiedMotion, SumsOfAnglesTouchExactly) {
+  const auto levers = [](const char* distance) {
+    return fmt::format(
+        R"json({{"params": {{"y": "0.3", "s": "0.4", "x": "sqrt(y/2)-4*s/3"}},
+        "q0": ["atan2(y,x)+asin(s)", "asin(s)-atan2(y,x)"],
+        "v0": ["0", "0"], "T": "1", "M": [["1", "0"], ["0", "1"]], "f": ["1", "1"], "contacts": [
+        {{"name": "first", "gap": "cos(q[0])-(x*sqrt(1-s**2)-y*s)/sqrt(x**2+y**2)+{0}"}},
+        {{"name": "second", "gap": "sin(q[1])-(x*s-y*sqrt(1-s**2))/sqrt(x**2+y**2)+{0}"}}]}})json",
+        distance);
+  };
+  const auto touching = motion_of(levers("0"));
+  EXPECT_EQ(touching.grade, Grade::proven) << touching.reason;
+  EXPECT_EQ(touching.modes, (std::vector<std::string>{"closed", "closed"}));
+  EXPECT_NE(motion_of(levers("1e-60")).grade, Grade::proven);
+}
+
+/// The start of Andrews' squeezing mechanism closes its loops by formulas, and has the digits that the Test Set for
+/// Initial Value Problem Solvers states.
+TEST(CertifiedMotion, TheSqueezingMechanismStartsAsPublished) {
+  const auto problem = read_scene_file(RICOCHET_REFERENCE_DATA "/../../tests/data/squeezing_mechanism.json");
+  SeriesProgram program(kExact);
+  const SceneFormulas scene = scene_formulas(*problem, Reading::decimal, program);
+  const std::vector<std::string> published = {"-0.0617138900142764496358948458001", "0",
+                                              "0.455279819163070380255912382449",   "0.222668390165885884674473185609",
+                                              "0.487364979543842550225598953530",   "-0.222668390165885884674473185609",
+                                              "1.23054744454982119249735015568"};
+  for (std::size_t k = 0; k < published.size(); ++k) {
+    const Ball difference = kExact.sub(scene.start[k], decimal_ball(published[k]));
+    EXPECT_LE(std::abs(difference.nearest()), 1e-29) << "a unit of the last digits, q " << k;
+  }
+  for (const auto& contact : scene.contacts) EXPECT_TRUE(contact.gap_is_zero && contact.v_n_is_zero) << contact.name;
 }
 
 /// Every stored digit: 45 significant digits are rounded to half a unit of the last one.

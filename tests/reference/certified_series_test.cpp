@@ -74,11 +74,12 @@ class Series : public testing::Test {
   /// The enclosure (1) of a node at t.
   Ball enclosure_at(Node f, double t) const {
     Ball sum, time(t), scaled(t / h), error, rho;
-    for (int k = N; k >= 0; --k) {
+    const int degree = p.degree();
+    for (int k = degree; k >= 0; --k) {
       arb_mul(sum.get(), sum.get(), time.get(), kDirectBits);
       if (k == 0 || !p.is_constant(f)) arb_add(sum.get(), sum.get(), p.coefficient(f, k), kDirectBits);
     }
-    arb_pow_ui(scaled.get(), scaled.get(), N + 1, kDirectBits);
+    arb_pow_ui(scaled.get(), scaled.get(), static_cast<ulong>(degree + 1), kDirectBits);
     arf_set_mag(arb_midref(rho.get()), p.rho(f));
     arb_mul(error.get(), scaled.get(), rho.get(), kDirectBits);
     arb_add_error(sum.get(), error.get());
@@ -207,6 +208,35 @@ TEST_F(Series, CompositionsAndDerivativesContainValues) {
       "by x", 2, -1, 1, [&](const std::vector<Node>& x) { return p.derivative(make(x), x[0]); }, by(0));
   check(
       "by y", 2, -1, 1, [&](const std::vector<Node>& x) { return p.derivative(make(x), x[1]); }, by(1));
+}
+
+/// f = sin(x y) with polynomials of lower degree, and f x, which is computed with this degree alone.
+TEST_F(Series, LowerDegreesContainValues) {
+  for (int draw = 0; draw < 40; ++draw) {
+    const Variable x = variable(-1, 1), y = variable(-1, 1);
+    const Node f = p.sin(p.mul(x.node, y.node)), product = p.mul(f, x.node);
+    for (const int degree : {1, 3}) {
+      p.set_degree(N);
+      expand({x, y}, f);
+      const auto known = p.schedule({f, x.node, y.node});
+      p.lower_degree(known, degree);
+      for (int k = 0; k <= degree; ++k) p.compute(product, k, kBits);
+      p.measure({product}, h);
+      ASSERT_TRUE(p.remainder(product));
+      EXPECT_LT(mag_get_d(p.rho(product)), 3.0);
+      for (const double t : {0.03, 0.11, 0.19, h}) {
+        for (const double s : {-1.0, 0.4, 1.0}) {
+          const Ball a = value_at(x, t, s), b = value_at(y, t, s);
+          Ball value;
+          arb_mul(value.get(), a.get(), b.get(), kDirectBits);
+          arb_sin(value.get(), value.get(), kDirectBits);
+          EXPECT_TRUE(arb_contains(enclosure_at(f, t).get(), value.get())) << degree << " at " << t;
+          arb_mul(value.get(), value.get(), a.get(), kDirectBits);
+          EXPECT_TRUE(arb_contains(enclosure_at(product, t).get(), value.get())) << degree << " at " << t;
+        }
+      }
+    }
+  }
 }
 
 /// What has no value within the step has no remainder.
