@@ -33,7 +33,7 @@ AdjustableProblem::AdjustableProblem(Make make, std::vector<std::string> names) 
     if (!seen.insert(name).second) throw InputError("varied", name, "this quantity is given twice");
   }
   has_parameters_ = std::ranges::any_of(places_, [](const Place& p) { return p.of == Place::Of::parameter; });
-  if (has_parameters_ && problem->formulas()) problem->formulas()->open_parameters();
+  if (has_parameters_ && problem->symbolic()) problem->symbolic()->open_parameters();
   made_.push_back(std::move(problem));
 }
 
@@ -54,7 +54,7 @@ AdjustableProblem::Place AdjustableProblem::place_of(Problem& problem, const std
     known.push_back(base_.parameters[k].name);
     if (name == known.back()) return {Place::Of::parameter, name, static_cast<int>(k)};
   }
-  if (!problem.formulas() && name.find(':') == std::string::npos) {  // its parameters are known to make_ alone
+  if (!problem.symbolic() && name.find(':') == std::string::npos) {  // its parameters are known to make_ alone
     return {Place::Of::parameter, name, -1};
   }
   throw_unknown_name("quantity of " + base_.id, name, known);
@@ -67,22 +67,22 @@ Problem& AdjustableProblem::with_parameters(std::span<const double> values) {
     return *made_.front();
   }
   ParameterChanges changes;
-  const bool has_formulas = made_.front()->formulas() != nullptr;
+  const bool is_symbolic = made_.front()->symbolic() != nullptr;
   for (std::size_t k = 0; k < places_.size(); ++k) {
     if (places_[k].of != Place::Of::parameter) continue;
     changes[places_[k].name] = values[k];
-    if (has_formulas) parameters_[static_cast<std::size_t>(places_[k].index)] = values[k];
+    if (is_symbolic) parameters_[static_cast<std::size_t>(places_[k].index)] = values[k];
   }
-  if (has_formulas) {
+  if (is_symbolic) {
     for (const auto& problem : made_) {
-      if (problem->formulas()->set_parameters(parameters_)) return *problem;
+      if (problem->symbolic()->set_parameters(parameters_)) return *problem;
     }
   }
   const std::lock_guard lock(formulas_mutex());
   auto problem = make_(changes);
-  if (has_formulas) {
-    problem->formulas()->open_parameters();
-    if (!problem->formulas()->set_parameters(parameters_))
+  if (is_symbolic) {
+    problem->symbolic()->open_parameters();
+    if (!problem->symbolic()->set_parameters(parameters_))
       throw std::logic_error("a problem that has just been made takes its own parameters");
   } else {
     made_.clear();

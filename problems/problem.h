@@ -19,8 +19,9 @@ namespace ricochet {
 using Vector = Eigen::VectorXd;  ///< A column of doubles.
 using Matrix = Eigen::MatrixXd;  ///< Doubles, column-major.
 
-struct Geometry;        // problems/geometry.h
-class SymbolicProblem;  // problems/derivatives/symbolic_problem.h
+struct Geometry;  // problems/geometry.h
+struct SymbolicModel;
+class SymbolicProblem;  // both problems/derivatives/symbolic_problem.h
 
 /// One unilateral contact, or a bilateral constraint: a contact that is always closed and may pull. Its Jacobian
 /// entries live on `support` only, the coordinates that the contact touches.
@@ -81,7 +82,7 @@ struct ProblemInfo {
     bool force_uses_velocity = false;      ///< f_v + B_u u depends on v
     bool constant_force_jacobian = false;  ///< f_v + B_u u is affine in (q, v)
     bool has_potential = false;            ///< potential_energy() is defined
-    bool has_formulas = false;             ///< a SymbolicProblem: its equations are available as formulas
+    bool has_formulas = false;             ///< a SymbolicProblem, which computes with its formulas
     bool has_bounds = false;               ///< the functions named *_bounds are defined, see Problem
     bool force_jumps = false;              ///< f_v + B_u u contains `if` or `sign`, which may jump
     /// Pairs k < l of coordinates that are coupled by an entry (k, l) of M or of a derivative of M a, f_v or B_u u. The
@@ -139,9 +140,15 @@ class Problem {
   int n_c() const { return info_.n_c(); }            ///< Contacts, constraints among them.
   /// Replaces the initial state by `q0`, `v0`, with the clock. Not validated. Do not call while a method runs.
   void set_initial_state(const Vector& q0, const Vector& v0) {
+    if (stated_q0_.size() == 0) {
+      stated_q0_ = info_.q0;
+      stated_v0_ = info_.v0;
+    }
     info_.q0 = q0;
     info_.v0 = v0;
   }
+  const Vector& stated_q0() const { return stated_q0_.size() ? stated_q0_ : info_.q0; }  ///< Before it was replaced.
+  const Vector& stated_v0() const { return stated_v0_.size() ? stated_v0_ : info_.v0; }  ///< Before it was replaced.
 
   /// Replaces the impact law. Not validated. Do not call while a method runs.
   void set_impact_law(ImpactLaw law) { info_.impact_law = std::move(law); }
@@ -220,9 +227,11 @@ class Problem {
   /// C: (2 n_q + 2 n_c + 1) x parameters: derivatives of q0, v0, all eps_r, all mu, end_time, in this order.
   virtual void parameter_derivative_of_constants(double* C) const = 0;
 
-  /// The problem as one made of formulas, which can be varied, written and transcribed; null where it has none.
-  virtual const SymbolicProblem* formulas() const { return nullptr; }
-  virtual SymbolicProblem* formulas() { return nullptr; }  ///< The same, to change its parameters.
+  /// The scene as formulas, which can be varied, written and proven; null where it has none.
+  virtual const SymbolicModel* formulas() const { return nullptr; }
+  /// The problem itself if it computes with its formulas, so that it can be transcribed; else null.
+  virtual const SymbolicProblem* symbolic() const { return nullptr; }
+  virtual SymbolicProblem* symbolic() { return nullptr; }  ///< The same, to change its parameters.
 
   // Dense views for code outside the time step.
   Matrix mass_matrix(const Vector& q) const;             ///< n_q x n_q
@@ -239,7 +248,8 @@ class Problem {
   std::optional<double> energy(const Vector& q, const Vector& v) const;
 
  protected:
-  ProblemInfo info_;  ///< filled by the constructor of a subclass
+  ProblemInfo info_;              ///< filled by the constructor of a subclass
+  Vector stated_q0_, stated_v0_;  ///< empty until the initial state is replaced
 };
 
 /// Rejects mistakes of a user in a `problem`: wrong sizes, non-finite numbers, eps_r outside [0, 1], mu < 0, end_time

@@ -29,10 +29,10 @@ Eigen::Index find_variable(const ProblemInfo& info, const std::string& name) {
 
 namespace {
 
-SymbolicModel model_of(const Problem& problem) {
-  const SymbolicProblem* formulas = problem.formulas();
+const SymbolicModel& model_of(const Problem& problem) {
+  const SymbolicModel* formulas = problem.formulas();
   if (!formulas) throw InputError("problem", problem.info().id, "only a problem made of formulas can be varied");
-  return formulas->model();
+  return *formulas;
 }
 
 std::unique_ptr<Problem> valid_problem(SymbolicModel model) {
@@ -42,22 +42,22 @@ std::unique_ptr<Problem> valid_problem(SymbolicModel model) {
 }
 
 /// Initial values that set_initial_state() has replaced are numbers; others stay formulas of the parameters.
-void keep_initial_state(const ProblemInfo& info, SymbolicModel& model) {
-  const auto keep = [&](const Vector& now, auto& formulas) {
+void keep_initial_state(const Problem& problem, SymbolicModel& model) {
+  const auto keep = [](const Vector& now, const Vector& stated, auto& formulas) {
     for (std::size_t k = 0; k < formulas.size(); ++k) {
       const double value = now[static_cast<Eigen::Index>(k)];
-      if (model.number(formulas[k]) != value) formulas[k] = value;
+      if (stated[static_cast<Eigen::Index>(k)] != value) formulas[k] = value;
     }
   };
-  keep(info.q0, model.q0);
-  keep(info.v0, model.v0);
+  keep(problem.info().q0, problem.stated_q0(), model.q0);
+  keep(problem.info().v0, problem.stated_v0(), model.v0);
 }
 
 }  // namespace
 
 std::unique_ptr<Problem> with_value(const Problem& problem, Eigen::Index variable, double value) {
   SymbolicModel model = model_of(problem);
-  keep_initial_state(problem.info(), model);
+  keep_initial_state(problem, model);
   const auto k = static_cast<std::size_t>(variable), n_q = model.q.size();
   if (k < n_q)
     model.q0[k] = value;

@@ -77,7 +77,8 @@ ordered_json json_of(const std::vector<CertifiedNumber>& numbers) {
 
 ordered_json json_of(const CertifiedMotion& motion, std::optional<double> moved, const Problem& problem) {
   ordered_json document = {{"problem", problem.info().id}, {"grade", name_of(motion.grade)}, {"reason", motion.reason}};
-  if (problem.formulas()) document["scene_sha256"] = sha256(scene_text(problem));
+  if (reference::certified::is_small(problem) && problem.formulas())
+    document["scene_sha256"] = sha256(scene_text(problem));
   document["assumptions"] = motion.assumptions;
   document["reading"] = motion.reading == Reading::decimal ? "decimal" : "rounded";
   document["moved_by_rounding"] = moved ? ordered_json(*moved) : ordered_json();

@@ -294,7 +294,7 @@ SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list,
                 .label = scene.id,
                 .html = "",
                 .has_equations = true};
-  const SymbolicProblem* formulas = problem->formulas();
+  const SymbolicModel* formulas = problem->formulas();
   page.html = fmt::format(
       "<dl><dt>what is hard</dt><dd>{}</dd><dt>source</dt><dd>{}</dd><dt>size</dt><dd>{} coordinates, {} contacts, until "
       "{:g} s</dd>",
@@ -307,8 +307,9 @@ SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list,
   page.html += "</dl>\n";
   const auto motion = shown_motion(*problem);
   page.html += sketch_html(*problem, motion ? *motion : Solution());
-  page.html += statement_html(scene, formulas != nullptr);
-  page.html += formulas != nullptr ? equations_html(formulas->model()) : assembled_equations_html();
+  const bool is_assembled = problem->symbolic() == nullptr;
+  page.html += statement_html(scene, !is_assembled);
+  page.html += is_assembled ? assembled_equations_html() : equations_html(*formulas);
   page.html += contacts_html(info) + events_html(info, motion) + speed_html(results, scene.id);
   page.html += site_heading("Methods", "methods") + methods_html(info) + experiments_html(list, results, scene.id);
   return page;

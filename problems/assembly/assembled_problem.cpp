@@ -1,6 +1,7 @@
 #include "problems/assembly/assembled_problem.h"
 
 #include <algorithm>
+#include <mutex>
 #include <stdexcept>
 
 namespace ricochet {
@@ -47,6 +48,14 @@ int AssembledProblem::add_contact(Kind kind, std::vector<int> coordinates, std::
   (contact.is_bilateral ? info_.bilateral : info_.unilateral).push_back(info_.n_c());
   info_.contacts.push_back(std::move(contact));
   return info_.n_c() - 1;
+}
+
+const SymbolicModel* AssembledProblem::formulas() const {
+  if (!make_model_) return nullptr;
+  static std::mutex mutex;
+  const std::lock_guard lock(mutex);
+  if (!formulas_) formulas_ = normalized(make_model_());
+  return &*formulas_;
 }
 
 void AssembledProblem::mass_matrix(const double*, double* M) const {

@@ -1,6 +1,8 @@
 #pragma once
 
+#include <functional>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,7 +16,8 @@ namespace ricochet {
 ///
 ///   M = diag(m),   f_v = f,   f_c^i(q) = f_c(q at the coordinates of contact i),                            (1)
 ///
-/// so that formulas and their derivatives by GiNaC are made once per kind of contact, not once per contact.
+/// so that formulas and their derivatives by GiNaC are made once per kind of contact, not once per contact. Formulas of
+/// the whole scene (assembled_model.h) are made only when they are asked for; no value is computed from them.
 class AssembledProblem : public Problem {
  public:
   /// Adds a kind of contact, that of the small scene.
@@ -46,6 +49,11 @@ class AssembledProblem : public Problem {
   void set_geometry(GeometryOf<double> geometry) {
     info_.geometry = std::make_shared<Geometry>(Geometry{std::move(geometry)});
   }
+
+  /// Sets the function that makes the formulas of this scene.
+  void set_formulas(std::function<SymbolicModel()> make) { make_model_ = std::move(make); }
+  /// Made at the first call; n_q^2 entries of M.
+  const SymbolicModel* formulas() const override;
 
   void mass_matrix(const double* q, double* M) const override;
   void force(const double* q, const double* v, const double* u, double* f) const override;
@@ -79,6 +87,9 @@ class AssembledProblem : public Problem {
  private:
   std::vector<double> masses_, forces_;
   std::vector<std::unique_ptr<ContactCopies>> kinds_;
+
+  std::function<SymbolicModel()> make_model_;
+  mutable std::optional<SymbolicModel> formulas_;
 };
 
 }  // namespace ricochet

@@ -6,9 +6,9 @@ namespace ricochet {
 namespace {
 
 const SymbolicModel& plant_model(const OptimalControlProblem& problem) {
-  const SymbolicProblem* plant = problem.plant->formulas();
+  const SymbolicModel* plant = problem.plant->formulas();
   if (!plant) throw InputError("plant", problem.id, "a plant with formulas is required");
-  return plant->model();
+  return *plant;
 }
 
 SymbolicModel with_cost(const OptimalControlProblem& problem) {
@@ -44,8 +44,10 @@ ReplayProblem::ReplayProblem(const OptimalControlProblem& problem)
     : SymbolicProblem(with_cost(problem)), n_bodies_(problem.plant->info().n_mechanical()) {}
 
 void ReplayProblem::restart(const Vector& q, const Vector& v, const Vector& u, double duration) {
-  info_.q0 << q.head(n_bodies_), 0, q.tail(q.size() - n_bodies_);
-  info_.v0 << v.head(n_bodies_), 0, v.tail(v.size() - n_bodies_);
+  Vector q0(info_.n_q), v0(info_.n_q);
+  q0 << q.head(n_bodies_), 0, q.tail(q.size() - n_bodies_);
+  v0 << v.head(n_bodies_), 0, v.tail(v.size() - n_bodies_);
+  set_initial_state(q0, v0);
   info_.u = u;
   info_.end_time = duration;
 }

@@ -45,10 +45,10 @@ ex load(const SymbolicModel& model, int k) {
 
 /// @throws InputError
 const SymbolicModel& model_of(const Problem& problem) {
-  const SymbolicProblem* formulas = problem.formulas();
-  if (!formulas)
+  const SymbolicProblem* symbolic = problem.symbolic();
+  if (!symbolic)
     throw InputError("problem", problem.info().id, "a problem with formulas is required: a scene or a scene file");
-  return formulas->equations();
+  return symbolic->equations();
 }
 
 }  // namespace

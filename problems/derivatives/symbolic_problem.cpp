@@ -64,22 +64,6 @@ void for_each_list(SymbolicModel& model, const auto& visit) {
   }
 }
 
-/// Makes symbols real and removes tangential quantities of contacts without friction.
-SymbolicModel stated(SymbolicModel model) {
-  const auto make_real = [](ex& e) { e = with_real_symbols(e); };
-  for_each_list(model, [&](std::vector<ex>& list) { std::for_each(list.begin(), list.end(), make_real); });
-  make_real(model.end_time);
-  for (auto& contact : model.contacts) {
-    for (ex* expression : {&contact.gap, &contact.eps_r, &contact.mu}) make_real(*expression);
-    if (model.number(contact.mu) != 0) continue;
-    contact.tangents.clear();
-    contact.drives.clear();
-  }
-  if (model.potential_energy) make_real(*model.potential_energy);
-  if (model.geometry) model.geometry->for_each_number(make_real);
-  return model;
-}
-
 /// Adds the clock, Problem (7), as the last coordinate if the model depends on time. @return whether it does
 bool add_clock(SymbolicModel& model) {
   if (depends_on(model.control, {model.t})) {
@@ -116,6 +100,21 @@ bool add_clock(SymbolicModel& model) {
 
 }  // namespace
 
+SymbolicModel normalized(SymbolicModel model) {
+  const auto make_real = [](ex& e) { e = with_real_symbols(e); };
+  for_each_list(model, [&](std::vector<ex>& list) { std::for_each(list.begin(), list.end(), make_real); });
+  make_real(model.end_time);
+  for (auto& contact : model.contacts) {
+    for (ex* expression : {&contact.gap, &contact.eps_r, &contact.mu}) make_real(*expression);
+    if (model.number(contact.mu) != 0) continue;
+    contact.tangents.clear();
+    contact.drives.clear();
+  }
+  if (model.potential_energy) make_real(*model.potential_energy);
+  if (model.geometry) model.geometry->for_each_number(make_real);
+  return model;
+}
+
 std::vector<StraightLineProgram::Constant> SymbolicModel::constants(bool may_change) const {
   std::vector<StraightLineProgram::Constant> constants;
   for (std::size_t k = 0; k < parameters.size(); ++k)
@@ -134,7 +133,7 @@ const GiNaC::ex* SymbolicModel::exact_value(const ParameterInfo& parameter) cons
   return exact != exact_values.end() && number(exact->second) == parameter.value ? &exact->second : nullptr;
 }
 
-SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(stated(std::move(model))), model_(stated_) {
+SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(normalized(std::move(model))), model_(stated_) {
   if (add_clock(model_)) info_.clock = static_cast<int>(model_.q.size()) - 1;
   const int n_q = static_cast<int>(model_.q.size());
 
@@ -283,6 +282,7 @@ bool SymbolicProblem::set_parameters(std::span<const double> values) {
   };
   take(info_.q0);
   take(info_.v0);
+  stated_q0_ = stated_v0_ = Vector();
   take(info_.u);
   info_.end_time = *next++;
   for (auto& contact : info_.contacts) contact.eps_r = *next++;

@@ -69,6 +69,9 @@ struct SymbolicModel {
   std::vector<StraightLineProgram::Constant> constants(bool may_change = false) const;
 };
 
+/// The `model` with real symbols, and without tangents and drives of contacts that have no friction.
+SymbolicModel normalized(SymbolicModel model);
+
 /// The Problem of a SymbolicModel. J_n is the gradient of f_c; it and all other derivatives are computed by GiNaC,
 /// exact and sparse. Entries that are identically zero or constant are not computed again.
 ///
@@ -112,10 +115,11 @@ class SymbolicProblem : public Problem {
                             const double* lambda_t, double* D) const override;
   void parameter_derivative_of_constants(double* C) const override;
 
-  const SymbolicProblem* formulas() const override { return this; }
-  SymbolicProblem* formulas() override { return this; }
+  const SymbolicModel* formulas() const override { return &stated_; }
+  const SymbolicProblem* symbolic() const override { return this; }
+  SymbolicProblem* symbolic() override { return this; }
 
-  const SymbolicModel& model() const { return stated_; }  ///< The scene as it is stated.
+  const SymbolicModel& model() const { return stated_; }  ///< The scene as it is stated, formulas().
   /// The scene as it is solved: if it depends on time, the clock is its last coordinate, and a control that depends on
   /// time is part of the force.
   const SymbolicModel& equations() const { return model_; }

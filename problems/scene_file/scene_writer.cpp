@@ -51,11 +51,11 @@ ordered_json contact_json(const SymbolicModel& model, const SymbolicModel::Conta
 }
 
 /// Initial values as formulas; as numbers where those of the problem are others.
-ordered_json start_texts(const SymbolicModel& model, const SymbolicModel::Expressions& stated, const Vector& current) {
+ordered_json start_texts(const SymbolicModel::Expressions& formulas, const Vector& stated, const Vector& current) {
   ordered_json list = ordered_json::array();
-  for (std::size_t k = 0; k < stated.size(); ++k) {
-    const double value = current[static_cast<Eigen::Index>(k)];
-    list.push_back(model.number(stated[k]) == value ? expression_text(stated[k]) : fmt::format("{}", value));
+  for (std::size_t k = 0; k < formulas.size(); ++k) {
+    const auto i = static_cast<Eigen::Index>(k);
+    list.push_back(stated[i] == current[i] ? expression_text(formulas[k]) : fmt::format("{}", current[i]));
   }
   return list;
 }
@@ -63,9 +63,9 @@ ordered_json start_texts(const SymbolicModel& model, const SymbolicModel::Expres
 }  // namespace
 
 std::string scene_text(const Problem& problem, const SceneTextOptions& options) {
-  const SymbolicProblem* formulas = problem.formulas();
+  const SymbolicModel* formulas = problem.formulas();
   if (!formulas) throw InputError("problem", problem.info().id, "only a problem made of formulas can be written");
-  const SymbolicModel& model = formulas->model();
+  const SymbolicModel& model = *formulas;
 
   const ProblemInfo& info = problem.info();
 
@@ -76,8 +76,8 @@ std::string scene_text(const Problem& problem, const SceneTextOptions& options) 
         exact ? expression_text(*exact) : fmt::format("{}", parameter.value);  // the shortest that reads back exactly
     if (!parameter.unit.empty()) scene["units"][parameter.name] = parameter.unit;
   }
-  scene["q0"] = start_texts(model, model.q0, info.q0);
-  scene["v0"] = start_texts(model, model.v0, info.v0);
+  scene["q0"] = start_texts(model.q0, problem.stated_q0(), info.q0);
+  scene["v0"] = start_texts(model.v0, problem.stated_v0(), info.v0);
   scene["T"] = expression_text(model.end_time);
   if (model.geometry) scene["geometry"] = geometry_json(model);
   scene["M"] = texts(model.mass);

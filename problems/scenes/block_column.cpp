@@ -1,4 +1,3 @@
-#include "problems/assembly/assembled_problem.h"
 #include "problems/assembly/scene_parameters.h"
 
 namespace ricochet {
@@ -25,45 +24,44 @@ struct BlockOnBlock : ContactScene<T, 4> {
   std::array<std::array<Vec<T, 4>, 1>, 1> tangents(const Vec<T, 4>&) const { return {{{{{-1, 0, 1, 0}}}}}; }
 };
 
-constexpr SceneText kBlockColumnText{"block_column", "a column of n blocks that slide on each other",
-                                     "Coulomb friction", "n contacts with friction, loads that grow with the height"};
+template <class T>
+struct BlockColumn {
+  static constexpr SceneText text{"block_column", "a column of n blocks that slide on each other", "Coulomb friction",
+                                  "n contacts with friction, loads that grow with the height"};
 
-std::unique_ptr<Problem> make_block_column(const SceneParameters& p) {
-  const int n = p.count("n", 1, 10000);
-  const double H = p.positive("H");
-  auto column = std::make_unique<AssembledProblem>(kBlockColumnText, p["duration"]);
-  const auto ground = column->add_kind<BlockOnGround>({{H, p["e"], p["mu"]}});
-  const auto pair = column->add_kind<BlockOnBlock>({{H, p["e"], p["mu"]}});
-  GeometryOf<double> geometry{.gravity = {0, -p["g"], 0}};
-  int below = geometry.add_shape({.kind = ShapeKind::half_space});
-  double m = p.positive("m");
-  for (int i = 0; i < n; ++i, m *= p.positive("ratio")) {  // ratio: of a block's mass to that of the one below
-    column->add_coordinate(m, 0, 0, p["speed"] * (i + 1) / n);
-    column->add_coordinate(m, -m * p["g"], H / 2 + i * H, 0);
-    const int block = geometry.add_body(
-        {.name = fmt::format("block {}", i + 1), .mass = m, .position = {{{2 * i}, {2 * i + 1}, {}}}});
-    const int box = geometry.add_shape({.kind = ShapeKind::box, .body = block, .size = {H, H / 2, H}});
-    geometry.pairs.push_back({i, below, box});
-    below = box;
+  static void assemble(AssemblyOf<T>& column, const SceneParametersOf<T>& p) {
+    const int n = p.count("n", 1, 10000);
+    const T H = p.positive("H");
+    const auto ground = column.add_kind(BlockOnGround<T>{{H, p["e"], p["mu"]}});
+    const auto pair = column.add_kind(BlockOnBlock<T>{{H, p["e"], p["mu"]}});
+    GeometryOf<T> geometry{.gravity = {0, -p["g"], 0}};
+    int below = geometry.add_shape({.kind = ShapeKind::half_space});
+    T m = p.positive("m");
+    for (int i = 0; i < n; ++i, m *= p.positive("ratio")) {  // ratio: of a block's mass to that of the one below
+      column.add_coordinate(m, 0, 0, p["speed"] * (i + 1) / n);
+      column.add_coordinate(m, -m * p["g"], H / 2 + i * H, 0);
+      const int block = geometry.add_body(
+          {.name = fmt::format("block {}", i + 1), .mass = m, .position = {{{2 * i}, {2 * i + 1}, {}}}});
+      const int box = geometry.add_shape({.kind = ShapeKind::box, .body = block, .size = {H, H / 2, H}});
+      geometry.pairs.push_back({i, below, box});
+      below = box;
+    }
+    column.add_contact(ground, {0, 1}, "ground");
+    for (int i = 1; i < n; ++i)
+      column.add_contact(pair, {2 * i - 2, 2 * i - 1, 2 * i, 2 * i + 1}, fmt::format("blocks {}, {}", i, i + 1));
+    column.set_geometry(std::move(geometry));
   }
-  column->add_contact(ground, {0, 1}, "ground");
-  for (int i = 1; i < n; ++i)
-    column->add_contact(pair, {2 * i - 2, 2 * i - 1, 2 * i, 2 * i + 1}, fmt::format("blocks {}, {}", i, i + 1));
-  column->set_geometry(std::move(geometry));
-  return column;
-}
+};
 
-const bool block_column_registered = register_assembled_scene(kBlockColumnText,
-                                                              {{"n", 2, "1"},
-                                                               {"m", 1, "kg"},
-                                                               {"H", 0.1, "m"},
-                                                               {"g", 9.81, "m/s^2"},
-                                                               {"e", 0, "1"},
-                                                               {"mu", 0.5, "1"},
-                                                               {"speed", 1, "m/s"},
-                                                               {"ratio", 1, "1"},
-                                                               {"duration", 0.5, "s"}},
-                                                              make_block_column);
+const bool block_column_registered = register_assembled_scene<BlockColumn>({{"n", 2, "1"},
+                                                                            {"m", 1, "kg"},
+                                                                            {"H", 0.1, "m"},
+                                                                            {"g", 9.81, "m/s^2"},
+                                                                            {"e", 0, "1"},
+                                                                            {"mu", 0.5, "1"},
+                                                                            {"speed", 1, "m/s"},
+                                                                            {"ratio", 1, "1"},
+                                                                            {"duration", 0.5, "s"}});
 
 }  // namespace
 }  // namespace ricochet

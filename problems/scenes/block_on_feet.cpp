@@ -1,4 +1,3 @@
-#include "problems/assembly/assembled_problem.h"
 #include "problems/assembly/scene_parameters.h"
 
 namespace ricochet {
@@ -31,48 +30,47 @@ struct FootOnGround : ContactScene<T, 3> {
   }
 };
 
-constexpr SceneText kBlockOnFeetText{"block_on_feet", "a block that slides on n feet and stops",
-                                     "Coulomb friction, closed form",
-                                     "more contacts than coordinates: the motion is unique, the forces are not"};
+template <class T>
+struct BlockOnFeet {
+  static constexpr SceneText text{"block_on_feet", "a block that slides on n feet and stops",
+                                  "Coulomb friction, closed form",
+                                  "more contacts than coordinates: the motion is unique, the forces are not"};
 
-std::unique_ptr<Problem> make_block_on_feet(const SceneParameters& p) {
-  const int n = p.count("n", 2, 1000);
-  const double m = p.positive("m"), a = p.positive("a"), c = p.positive("c");
-  auto block = std::make_unique<AssembledProblem>(kBlockOnFeetText, p["duration"]);
-  block->add_coordinate(m, 0, 0, p["v_x0"]);
-  block->add_coordinate(m, -m * p["g"], c, 0);
-  block->add_coordinate(m * (a * a + c * c) / 3, 0, 0, 0);
-  GeometryOf<double> geometry{.gravity = {0, -p["g"], 0}};
-  const int body = geometry.add_body({.name = "block",
-                                      .mass = m,
-                                      .inertia = {0, 0, m * (a * a + c * c) / 3},
-                                      .position = {{{0}, {1}, {}}},
-                                      .rotation = BodyRotation::planar,
-                                      .angles = {{{2}, {}, {}}}});
-  const int ground = geometry.add_shape({.kind = ShapeKind::half_space});
-  geometry.add_shape({.kind = ShapeKind::box, .body = body, .size = {a, c, a}});
-  for (int i = 0; i < n; ++i) {
-    const double s = -a + 2 * a * i / (n - 1);
-    const auto foot = block->add_kind<FootOnGround>({{c, p["e"], p["mu"]}, s});
-    block->add_contact(foot, {0, 1, 2}, fmt::format("foot {}", i + 1));
-    const int point = geometry.add_shape({.kind = ShapeKind::sphere, .body = body, .position = {s, -c, 0}});
-    geometry.pairs.push_back({i, ground, point});
+  static void assemble(AssemblyOf<T>& block, const SceneParametersOf<T>& p) {
+    const int n = p.count("n", 2, 1000);
+    const T m = p.positive("m"), a = p.positive("a"), c = p.positive("c");
+    block.add_coordinate(m, 0, 0, p["v_x0"]);
+    block.add_coordinate(m, -m * p["g"], c, 0);
+    block.add_coordinate(m * (a * a + c * c) / 3, 0, 0, 0);
+    GeometryOf<T> geometry{.gravity = {0, -p["g"], 0}};
+    const int body = geometry.add_body({.name = "block",
+                                        .mass = m,
+                                        .inertia = {0, 0, m * (a * a + c * c) / 3},
+                                        .position = {{{0}, {1}, {}}},
+                                        .rotation = BodyRotation::planar,
+                                        .angles = {{{2}, {}, {}}}});
+    const int ground = geometry.add_shape({.kind = ShapeKind::half_space});
+    geometry.add_shape({.kind = ShapeKind::box, .body = body, .size = {a, c, a}});
+    for (int i = 0; i < n; ++i) {
+      const T s = -a + 2 * a * i / (n - 1);
+      const auto foot = block.add_kind(FootOnGround<T>{{c, p["e"], p["mu"]}, s});
+      block.add_contact(foot, {0, 1, 2}, fmt::format("foot {}", i + 1));
+      const int point = geometry.add_shape({.kind = ShapeKind::sphere, .body = body, .position = {s, -c, 0}});
+      geometry.pairs.push_back({i, ground, point});
+    }
+    block.set_geometry(std::move(geometry));
   }
-  block->set_geometry(std::move(geometry));
-  return block;
-}
+};
 
-const bool block_on_feet_registered = register_assembled_scene(kBlockOnFeetText,
-                                                               {{"n", 8, "1"},
-                                                                {"m", 1, "kg"},
-                                                                {"a", 0.2, "m"},
-                                                                {"c", 0.05, "m"},
-                                                                {"g", 9.81, "m/s^2"},
-                                                                {"e", 0, "1"},
-                                                                {"mu", 0.3, "1"},
-                                                                {"v_x0", 0.8, "m/s"},
-                                                                {"duration", 0.5, "s"}},
-                                                               make_block_on_feet);
+const bool block_on_feet_registered = register_assembled_scene<BlockOnFeet>({{"n", 8, "1"},
+                                                                             {"m", 1, "kg"},
+                                                                             {"a", 0.2, "m"},
+                                                                             {"c", 0.05, "m"},
+                                                                             {"g", 9.81, "m/s^2"},
+                                                                             {"e", 0, "1"},
+                                                                             {"mu", 0.3, "1"},
+                                                                             {"v_x0", 0.8, "m/s"},
+                                                                             {"duration", 0.5, "s"}});
 
 }  // namespace
 }  // namespace ricochet

@@ -1,4 +1,3 @@
-#include "problems/assembly/assembled_problem.h"
 #include "problems/assembly/scene_parameters.h"
 #include "problems/tangent_frame.h"
 
@@ -52,67 +51,66 @@ struct SphereOnSphere : ContactScene<T, 12> {
   }
 };
 
-constexpr SceneText kSpherePileText{"sphere_pile", "n spheres that fall and make a pile", "Coulomb friction in space",
-                                    "rolling, slip and stick at many curved contacts at once"};
+template <class T>
+struct SpherePile {
+  static constexpr SceneText text{"sphere_pile", "n spheres that fall and make a pile", "Coulomb friction in space",
+                                  "rolling, slip and stick at many curved contacts at once"};
 
-std::unique_ptr<Problem> make_sphere_pile(const SceneParameters& p) {
-  const int n = p.count("n", 1, 400);
-  const double m = p.positive("m"), R = p.positive("R"), pitch = 2.05 * R;
-  auto pile = std::make_unique<AssembledProblem>(kSpherePileText, p["duration"]);
-  const auto ground = pile->add_kind<SphereOnGround>({{R, p["e"], p["mu"]}});
-  const auto pair = pile->add_kind<SphereOnSphere>({{R, p["e"], p["mu"]}});
-  // A pyramid of square layers, each in the hollows of the one below, the lowest just large enough.
-  int side = 1;
-  for (int room = 1; room < n; room += side * side) ++side;
-  int i = 0;
-  for (int layer = 0, width = side; i < n; ++layer, --width) {
-    for (int k = 0; k < width * width && i < n; ++k, ++i) {
-      const double x = (k % width - (width - 1) / 2.0) * pitch, y = (k / width - (width - 1) / 2.0) * pitch;
-      const double z = p["height"] + R + layer * 1.6 * R;  // hollows of touching spheres are at sqrt(2) R
-      for (const double position : {x, y}) pile->add_coordinate(m, 0, position, 0);
-      pile->add_coordinate(m, -m * p["g"], z, 0);
-      for (int c = 0; c < 3; ++c) pile->add_coordinate(0.4 * m * R * R, 0, 0, 0);
+  static void assemble(AssemblyOf<T>& pile, const SceneParametersOf<T>& p) {
+    const int n = p.count("n", 1, 400);
+    const T m = p.positive("m"), R = p.positive("R"), pitch = T(41) / 20 * R;
+    const auto ground = pile.add_kind(SphereOnGround<T>{{R, p["e"], p["mu"]}});
+    const auto pair = pile.add_kind(SphereOnSphere<T>{{R, p["e"], p["mu"]}});
+    // A pyramid of square layers, each in the hollows of the one below, the lowest just large enough.
+    int side = 1;
+    for (int room = 1; room < n; room += side * side) ++side;
+    int i = 0;
+    for (int layer = 0, width = side; i < n; ++layer, --width) {
+      for (int k = 0; k < width * width && i < n; ++k, ++i) {
+        const T middle = T(width - 1) / 2, x = (k % width - middle) * pitch, y = (k / width - middle) * pitch;
+        const T z = p["height"] + R + layer * (T(8) / 5) * R;  // hollows of touching spheres are at sqrt(2) R
+        for (const T& position : {x, y}) pile.add_coordinate(m, 0, position, 0);
+        pile.add_coordinate(m, -m * p["g"], z, 0);
+        for (int c = 0; c < 3; ++c) pile.add_coordinate(T(2) / 5 * m * R * R, 0, 0, 0);
+      }
     }
-  }
-  const auto of = [](int body, std::vector<int> coordinates = {}) {
-    for (int c = 0; c < 6; ++c) coordinates.push_back(6 * body + c);
-    return coordinates;
-  };
-  GeometryOf<double> geometry{.in_space = true, .gravity = {0, 0, -p["g"]}};
-  const int plane = geometry.add_shape({.kind = ShapeKind::half_space});
-  const double J = 0.4 * m * R * R;
-  std::vector<int> spheres;
-  for (i = 0; i < n; ++i) {
-    const int k = 6 * i, sphere = geometry.add_body({.name = fmt::format("sphere {}", i + 1),
-                                                     .mass = m,
-                                                     .inertia = {J, J, J},
-                                                     .position = {{{k}, {k + 1}, {k + 2}}},
-                                                     .rotation = BodyRotation::spin,
-                                                     .angles = {{{k + 3}, {k + 4}, {k + 5}}}});
-    spheres.push_back(geometry.add_shape({.kind = ShapeKind::sphere, .body = sphere, .size = {R}}));
-    const int contact = pile->add_contact(ground, of(i), fmt::format("sphere {}, ground", i + 1));
-    geometry.pairs.push_back({contact, plane, spheres.back()});
-  }
-  for (i = 0; i < n; ++i) {
-    for (int j = i + 1; j < n; ++j) {
-      const int contact = pile->add_contact(pair, of(j, of(i)), fmt::format("spheres {}, {}", i + 1, j + 1));
-      geometry.pairs.push_back({contact, spheres[i], spheres[j]});
+    const auto of = [](int body, std::vector<int> coordinates = {}) {
+      for (int c = 0; c < 6; ++c) coordinates.push_back(6 * body + c);
+      return coordinates;
+    };
+    GeometryOf<T> geometry{.in_space = true, .gravity = {0, 0, -p["g"]}};
+    const int plane = geometry.add_shape({.kind = ShapeKind::half_space});
+    const T J = T(2) / 5 * m * R * R;
+    std::vector<int> spheres;
+    for (i = 0; i < n; ++i) {
+      const int k = 6 * i, sphere = geometry.add_body({.name = fmt::format("sphere {}", i + 1),
+                                                       .mass = m,
+                                                       .inertia = {J, J, J},
+                                                       .position = {{{k}, {k + 1}, {k + 2}}},
+                                                       .rotation = BodyRotation::spin,
+                                                       .angles = {{{k + 3}, {k + 4}, {k + 5}}}});
+      spheres.push_back(geometry.add_shape({.kind = ShapeKind::sphere, .body = sphere, .size = {R}}));
+      const int contact = pile.add_contact(ground, of(i), fmt::format("sphere {}, ground", i + 1));
+      geometry.pairs.push_back({contact, plane, spheres.back()});
     }
+    for (i = 0; i < n; ++i) {
+      for (int j = i + 1; j < n; ++j) {
+        const int contact = pile.add_contact(pair, of(j, of(i)), fmt::format("spheres {}, {}", i + 1, j + 1));
+        geometry.pairs.push_back({contact, spheres[i], spheres[j]});
+      }
+    }
+    pile.set_geometry(std::move(geometry));
   }
-  pile->set_geometry(std::move(geometry));
-  return pile;
-}
+};
 
-const bool sphere_pile_registered = register_assembled_scene(kSpherePileText,
-                                                             {{"n", 2, "1"},
-                                                              {"m", 0.2, "kg"},
-                                                              {"R", 0.05, "m"},
-                                                              {"g", 9.81, "m/s^2"},
-                                                              {"e", 0, "1"},
-                                                              {"mu", 0.3, "1"},
-                                                              {"height", 0.02, "m"},
-                                                              {"duration", 0.5, "s"}},
-                                                             make_sphere_pile);
+const bool sphere_pile_registered = register_assembled_scene<SpherePile>({{"n", 2, "1"},
+                                                                          {"m", 0.2, "kg"},
+                                                                          {"R", 0.05, "m"},
+                                                                          {"g", 9.81, "m/s^2"},
+                                                                          {"e", 0, "1"},
+                                                                          {"mu", 0.3, "1"},
+                                                                          {"height", 0.02, "m"},
+                                                                          {"duration", 0.5, "s"}});
 
 }  // namespace
 }  // namespace ricochet

@@ -93,6 +93,13 @@ struct CertifiedMotion {
   int decimals() const;
 };
 
+/// Whether the `problem` is small enough for a proof: to translate the n (n + n_c) entries of M and J_n takes a second.
+inline bool is_small(const Problem& problem) {
+  constexpr long kMostEntries = 20000;
+  const long n = problem.n_q();
+  return n * (n + problem.n_c()) <= kMostEntries;
+}
+
 /// Whether the program was built with Arb. Otherwise certified_motion() returns an open motion that says so.
 bool can_certify();
 

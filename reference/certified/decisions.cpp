@@ -153,8 +153,18 @@ std::map<int, SlipDirections> Decisions::slips_from_rest(const std::vector<Ball>
 
 void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
                              const std::vector<int>& slip_sign, ContactStates& states) {
-  if (candidates.empty()) return;
-  const auto slips = slips_from_rest(x, t, candidates, slip_sign, states);
+  states.starting.clear();
+  const ContactStates before = states;
+  for (auto& part : independent_parts(scene_, with_closed(candidates, before.modes), p_)) {
+    std::erase_if(part, [&](int i) { return std::ranges::count(candidates, i) == 0; });
+    if (!part.empty()) decide_part(x, t, part, slip_sign, before, states);
+  }
+}
+
+/// Modes of candidates that move independently of all others, whose modes are those of `before`.
+void Decisions::decide_part(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
+                            const std::vector<int>& slip_sign, const ContactStates& before, ContactStates& states) {
+  const auto slips = slips_from_rest(x, t, candidates, slip_sign, before);
   std::vector<std::vector<Mode>> options;
   for (const int i : candidates) {
     options.push_back(mode_options(i, slip_sign[i]));
@@ -172,7 +182,7 @@ void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const st
   do {
     limit_.check();
     ModeAlternative next;
-    next.modes = states.modes;
+    next.modes = before.modes;
     for (std::size_t k = 0; k < candidates.size(); ++k) {
       next.modes[candidates[k]] = combination[k];
       if (combination[k] == Mode::slip && slips.count(candidates[k]) > 0)
@@ -193,7 +203,7 @@ void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const st
     }
   }
   verdict.require_one("modes");
-  states.starting = best.starting;
+  states.starting.insert(best.starting.begin(), best.starting.end());
   for (const int i : candidates) {
     const Mode mode = best.modes[i];
     states.modes[i] = mode;

@@ -90,6 +90,9 @@ class Decisions {
   /// If a left-hand side is exactly zero, its first derivative that is not zero decides. A combination whose forces
   /// are zero by their formulas has the same motion as the one with these contacts open; both are one alternative.
   ///
+  /// The combinations of independent_parts() are decided one part after the other: those of all candidates are their
+  /// products, and (1) of a contact depends on the modes of its part alone.
+  ///
   /// @param slip_sign  of v_t, of all contacts; 0 where it is exactly zero
   /// @throws Undecided, Unsupported
   void decide_modes(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
@@ -125,6 +128,8 @@ class Decisions {
 
  private:
   std::vector<Mode> mode_options(int contact, int slip_sign) const;
+  void decide_part(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
+                   const std::vector<int>& slip_sign, const ContactStates& before, ContactStates& states);
   Sign check_modes(const std::vector<int>& candidates, const std::vector<int>& slip_sign, const ModeMotion& motion,
                    int order);
   /// Modes that are proven or undecided, and contacts without friction whose force is zero by its formula.

@@ -70,6 +70,7 @@ class HybridMotion {
   void handle_decoupled_impacts(const Step& step);
   struct Window;
   Window window_of(const Step& step);
+  Mode mode_after_impact(const std::vector<Ball>& x, const Ball& t, int contact, Mode impact);
   void map_window(Window& window);
   void require_impacts(const Window& window);
 

@@ -214,15 +214,17 @@ ModeMotion mode_motion(const SceneFormulas& scene, const std::vector<Mode>& mode
   return equations.derive();
 }
 
-MomentumGroups momentum_groups(const SceneFormulas& scene, const std::vector<int>& contacts,
-                               const SeriesProgram& program) {
+namespace {
+
+/// Coordinates between which M and `contacts` pass momentum. @param first  one coordinate of each contact, or -1
+DisjointSets momentum_sets(const SceneFormulas& scene, const std::vector<int>& contacts, const SeriesProgram& program,
+                           std::vector<int>& first) {
   DisjointSets sets(scene.n);
   for (int a = 0; a < scene.n; ++a) {
     for (int b = 0; b < scene.n; ++b) {
       if (!program.is_zero(scene.M[a][b])) sets.join(a, b);
     }
   }
-  std::vector<int> first;
   for (const int i : contacts) {
     const ContactFormulas& contact = scene.contacts[i];
     int begin = -1;
@@ -235,11 +237,55 @@ MomentumGroups momentum_groups(const SceneFormulas& scene, const std::vector<int
     }
     first.push_back(begin);
   }
+  return sets;
+}
+
+/// The coordinates of the variables, positions or velocities, that `formulas` contain.
+std::vector<int> coordinates_in(const std::vector<Node>& formulas, const SceneFormulas& scene,
+                                const SeriesProgram& program) {
+  const std::vector<Node> nodes = program.schedule(formulas);
+  const auto contains = [&](Node node) { return std::binary_search(nodes.begin(), nodes.end(), node); };
+  std::vector<int> coordinates;
+  for (int k = 0; k < scene.n; ++k) {
+    if (contains(scene.q[k]) || contains(scene.v[k])) coordinates.push_back(k);
+  }
+  return coordinates;
+}
+
+}  // namespace
+
+MomentumGroups momentum_groups(const SceneFormulas& scene, const std::vector<int>& contacts,
+                               const SeriesProgram& program) {
+  std::vector<int> first;
+  DisjointSets sets = momentum_sets(scene, contacts, program, first);
   MomentumGroups groups;
   for (int k = 0; k < scene.n; ++k) groups.of_coordinate.push_back(sets.of(k));
   for (std::size_t k = 0; k < contacts.size(); ++k)
     groups.of_contact.push_back(first[k] < 0 ? -1 - contacts[k] : sets.of(first[k]));
   return groups;
+}
+
+std::vector<std::vector<int>> independent_parts(const SceneFormulas& scene, const std::vector<int>& contacts,
+                                                const SeriesProgram& program) {
+  std::vector<int> first;
+  DisjointSets sets = momentum_sets(scene, contacts, program, first);
+  for (int k = 0; k < scene.n; ++k) {
+    std::vector<Node> formulas = scene.M[k];
+    formulas.push_back(scene.f[k]);
+    for (const int other : coordinates_in(formulas, scene, program)) sets.join(k, other);
+  }
+  for (std::size_t k = 0; k < contacts.size(); ++k) {
+    if (first[k] < 0) return {contacts};
+    const ContactFormulas& contact = scene.contacts[contacts[k]];
+    std::vector<Node> formulas{contact.gap};  // with all variables of J_n, as v_t with all of J_t
+    formulas.insert(formulas.end(), contact.v_t.begin(), contact.v_t.end());
+    for (const int other : coordinates_in(formulas, scene, program)) sets.join(first[k], other);
+  }
+  std::map<int, std::vector<int>> parts;
+  for (std::size_t k = 0; k < contacts.size(); ++k) parts[sets.of(first[k])].push_back(contacts[k]);
+  std::vector<std::vector<int>> list;
+  for (auto& [label, part] : parts) list.push_back(std::move(part));
+  return list;
 }
 
 std::vector<int> with_closed(std::vector<int> contacts, const std::vector<Mode>& modes) {

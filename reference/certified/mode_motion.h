@@ -83,6 +83,12 @@ struct MomentumGroups {
 MomentumGroups momentum_groups(const SceneFormulas& scene, const std::vector<int>& contacts,
                                const SeriesProgram& program);
 
+/// Splits `contacts` into parts that move independently while all of them may be closed: M and the contacts pass no
+/// momentum from one part to another, and no formula of a part contains a variable of another. So the series of a part
+/// do not depend on the modes of the others.
+std::vector<std::vector<int>> independent_parts(const SceneFormulas& scene, const std::vector<int>& contacts,
+                                                const SeriesProgram& program);
+
 /// `contacts` and all others that are not open.
 std::vector<int> with_closed(std::vector<int> contacts, const std::vector<Mode>& modes);
 /// Contacts that are closed and exchange momentum with `contact`, which comes first.

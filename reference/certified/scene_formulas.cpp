@@ -226,7 +226,7 @@ class SceneTranslation {
  public:
   SceneTranslation(const Problem& problem, Reading reading, SeriesProgram& program)
       : problem_(problem),
-        model_(problem.formulas()->model()),
+        model_(*problem.formulas()),
         reading_(reading),
         exact_(reading),
         program_(program),
@@ -263,20 +263,21 @@ class SceneTranslation {
     return program_.value_of(n);
   }
 
-  /// q0, v0 and T. Those of the problem hold if they are not those of the formulas.
+  /// q0, v0 and T. Those of the problem hold where they have replaced the formulas.
   void read_start() {
     const ProblemInfo& info = problem_.info();
     const auto read = [&](const SymbolicModel::Expressions& stated, const std::vector<GiNaC::symbol>& symbols,
-                          const Vector& current) {
+                          const Vector& current, const Vector& before) {
       for (std::size_t k = 0; k < stated.size(); ++k) {
         const double value = current[static_cast<Eigen::Index>(k)];
-        const ex start = model_.number(stated[k]) == value ? exact(stated[k]) : ex(as_read(value, reading_));
+        const bool is_stated = before[static_cast<Eigen::Index>(k)] == value;
+        const ex start = is_stated ? exact(stated[k]) : ex(as_read(value, reading_));
         start_[symbols[k]] = start;
         scene_.start.push_back(number(start));
       }
     };
-    read(model_.q0, model_.q, info.q0);
-    read(model_.v0, model_.v, info.v0);
+    read(model_.q0, model_.q, info.q0, problem_.stated_q0());
+    read(model_.v0, model_.v, info.v0, problem_.stated_v0());
     start_[model_.t] = 0;
     const ex end_time =
         model_.number(model_.end_time) == info.end_time ? model_.end_time : ex(as_read(info.end_time, reading_));
@@ -357,6 +358,8 @@ class SceneTranslation {
 }  // namespace
 
 SceneFormulas scene_formulas(const Problem& problem, Reading reading, SeriesProgram& program) {
+  if (!is_small(problem))
+    throw Unsupported(fmt::format("{} coordinates and {} contacts are too many", problem.n_q(), problem.n_c()));
   if (!problem.formulas()) throw Unsupported("the scene is not made of formulas");
   if (problem.info().impact_law.hypothesis != ImpactHypothesis::newton)
     throw Unsupported(fmt::format("impact law {}", name_of(problem.info().impact_law.hypothesis)));

@@ -56,7 +56,8 @@ struct SceneFormulas {
 
 /// Translates the formulas of the `problem` into nodes of the `program`. Every number is taken as a rational number,
 /// read as `reading` says. An initial state that was set by Problem::set_initial_state() is read in the same way.
-/// @throws Unsupported if there are no formulas, or if one of them bends, jumps, or has a function without a series
+/// @throws Unsupported if there are no formulas, or too many, or if one of them bends, jumps, or has a function without a
+/// series
 SceneFormulas scene_formulas(const Problem& problem, Reading reading, SeriesProgram& program);
 
 }  // namespace ricochet::reference::certified

@@ -22,7 +22,7 @@ TEST_F(Cli, PrintsTheErrorAndWhatItIsMeasuredAgainst) {
     const Outcome proven = run("run -p bouncing_ball -m fesd:gauss:4 -N 50");
     EXPECT_HAS(proven.text, "decimals by Taylor series in ball arithmetic; its own error is below ");
   }
-  const Outcome computed = run("run -p bead_row -m moreau_jean -N 100");  // assembled, without formulas
+  const Outcome computed = run("run -p block_on_feet -m moreau_jean -N 100");  // without a proof
   EXPECT_HAS(computed.text, "reference  CVODE with event location, Adams and BDF at 1e-14 and 1e-13; its own error");
   const Outcome without = run("run -p bouncing_ball -m fesd:gauss:4 -N 50 --no-reference");
   EXPECT_EQ(without.text.find("error  "), std::string::npos) << without.text;

@@ -78,6 +78,7 @@ TEST_F(ProvenReference, IsNotOfAnotherImpactLaw) {
 }
 
 TEST_F(ProvenReference, IsTakenBeforeCvodeWhereThereIsOne) {
+  EXPECT_FALSE(proven_reference(*make_problem("newtons_cradle")));  // another impact law
   EXPECT_EQ(reference::truth_of(*make_problem("bouncing_ball")).how.substr(0, 6), "proven");
 }
 

@@ -116,10 +116,10 @@ std::optional<BigFloat> first_zero(const std::vector<BigFloat>& p, const BigFloa
 }  // namespace
 
 EventArbiter::EventArbiter(const Problem& problem) {
-  const SymbolicProblem* formulas = problem.formulas();
+  const SymbolicModel* formulas = problem.formulas();
   if (!formulas || problem.info().has_friction() || problem.info().has_bilateral())
     throw std::invalid_argument("formulas without friction and constraints are required");
-  const SymbolicModel& model = formulas->model();
+  const SymbolicModel& model = *formulas;
   n_ = problem.n_q();
   GiNaC::exmap at_rest;
   for (const auto& v : model.v) at_rest[v] = 0;

@@ -172,7 +172,7 @@ TEST(Geometry, FollowsTheParameters) {
 
 TEST(Geometry, FollowsParametersThatChangeLater) {
   const auto problem = make_problem("rocking_block");
-  SymbolicProblem& symbolic = *problem->formulas();
+  SymbolicProblem& symbolic = *problem->symbolic();
   symbolic.open_parameters();
   std::vector<double> values;
   for (const auto& parameter : problem->info().parameters)

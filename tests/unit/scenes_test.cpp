@@ -47,7 +47,7 @@ class EveryScene : public testing::TestWithParam<std::string> {
   void take_newtons_law() { problem->set_impact_law({}); }
 };
 
-/// Scenes made of formulas; an assembled one has none of its own.
+/// Scenes that compute with their formulas; those of assembled ones have tests of their own.
 class EverySymbolicScene : public EveryScene {};
 
 TEST_P(EverySymbolicScene, IsTheSameAsItsFile) {
@@ -111,7 +111,7 @@ TEST_P(EverySymbolicScene, HasTheSameBitsWhereverItsSymbolsLie) {
     p.force_jacobians(q.data(), v.data(), p.info().u.data(), f_q.data(), f_v.data());
     p.mass_derivative(q.data(), v.data(), Ma_q.data());
     Vector f(n_q);
-    p.formulas()->SymbolicProblem::force(q.data(), v.data(), p.info().u.data(), f.data());
+    p.symbolic()->SymbolicProblem::force(q.data(), v.data(), p.info().u.data(), f.data());
     all.setConstant(p.potential_energy(q.data()));
     all.leftCols(1 + 4 * n_q + p.n_c() + p.info().n_lambda_t) << f, f_q, f_v, Ma_q, p.mass_matrix(q),
         p.normal_jacobian(q), p.tangent_jacobian(q);
@@ -172,7 +172,7 @@ bool has_potential(const Problem& problem) {
   return problem.info().structure.has_potential;
 }
 bool is_symbolic(const Problem& problem) {
-  return problem.formulas() != nullptr;
+  return problem.symbolic() != nullptr;
 }
 const auto scene_name = [](const auto& test) { return test_name(test.param); };
 INSTANTIATE_TEST_SUITE_P(Scenes, EveryScene, testing::ValuesIn(scene_ids(any)), scene_name);
