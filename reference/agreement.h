@@ -15,6 +15,10 @@ struct Reference {
   double uncertainty = 0;  ///< claimed bound of the max-norm error of the final (q, v) and of the event times, except
                            ///< those of an accumulation
   std::string how;         ///< origin, one line
+  bool is_truth = false;   ///< proven, or known to many digits: a solution that differs by more than its claim is wrong
+
+  /// "truth proven to 22 decimals", "truth reference/data/ground_truth.json", "reference CVODE with event location"
+  std::string title() const;
 
   /// Number of certain decimal places.
   int digits() const;

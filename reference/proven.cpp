@@ -61,6 +61,7 @@ std::optional<Reference> proven_reference(const Problem& problem, double max_sec
                                                             reference.solution.v)
                                    : kRounding * size;
   reference.uncertainty = largest_radius(motion) + moved + kEps * size;  // (1)
+  reference.is_truth = motion.grade == Grade::proven && is_compared;
   reference.how = fmt::format("{} to {} decimals by Taylor series in ball arithmetic{}",
                               motion.grade == Grade::proven ? "proven" : "proven, but for assumptions,",
                               motion.decimals(), is_compared ? "" : "; the effect of rounded numbers is estimated");
