@@ -11,6 +11,10 @@
 
 namespace ricochet::reference {
 
+std::string Reference::title() const {
+  return (is_truth ? "truth " : "reference ") + how.substr(0, std::min(how.find(" by "), how.find(", ")));
+}
+
 int Reference::digits() const {
   return uncertainty > 0 ? static_cast<int>(std::floor(-std::log10(uncertainty))) : 16;
 }

@@ -15,6 +15,10 @@ struct Reference {
   double uncertainty = 0;  ///< claimed bound of the max-norm error of the final (q, v) and of the event times, except
                            ///< those of an accumulation
   std::string how;         ///< origin, one line
+  bool is_truth = false;   ///< proven, or known to many digits: a solution that differs by more than its claim is wrong
+
+  /// "truth proven to 22 decimals", "truth reference/data/ground_truth.json", "reference CVODE with event location"
+  std::string title() const;
 
   /// Number of certain decimal places.
   int digits() const;
@@ -29,8 +33,9 @@ struct Reference {
 /// plastic. Events within 1e-5 of the end time of each other, with two impacts of one contact among them, are therefore
 /// compared by their limit: the time of the last one, to 1e-5 of the end time, and the modes after it. The claimed
 /// uncertainty is three times the largest difference between the tighter Adams run and the looser Adams run or the
-/// tighter BDF run, and at least three tolerances. The two integrators share no formula, and a tolerance ten times looser has a larger error; an error
-/// common to all three would have to be in the event logic. The looser BDF run must follow the same motion.
+/// tighter BDF run, and at least three tolerances. The two integrators share no formula, and a tolerance ten times
+/// looser has a larger error; an error common to all three would have to be in the event logic. The looser BDF run must
+/// follow the same motion.
 /// @throws std::runtime_error if a run fails or the events differ, with the reason and the contacts
 Reference make_reference(const Problem& problem, double tolerance = 1e-14);
 

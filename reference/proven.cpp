@@ -100,6 +100,7 @@ std::optional<Reference> proven_reference(const Problem& problem, double max_sec
   reference.solution.v = appended(proof->v, problem.n_q(), 1);
   const double size = reference.size();
   reference.uncertainty = proof->radius + proof->moved.value_or(kRounding * size) + kEps * size;  // (1)
+  reference.is_truth = proof->grade == "proven" && proof->moved;
   reference.how = fmt::format("{} to {} decimals by Taylor series in ball arithmetic{}",
                               proof->grade == "proven" ? "proven" : "proven, but for assumptions,", proof->decimals,
                               proof->moved ? "" : "; the effect of rounded numbers is estimated");

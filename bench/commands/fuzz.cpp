@@ -26,7 +26,8 @@ struct FuzzArguments {
 std::string fuzz_command_line(const FuzzOptions& options) {
   std::string text = fmt::format("ricochet fuzz --scenes {} --seed {}", options.scenes, options.seed);
   for (const auto& family : options.families) text += " --family " + family;
-  return text + fmt::format(" --time-limit {:g}", options.judge.time_limit);
+  return text +
+         fmt::format(" --time-limit {:g} --proof-limit {:g}", options.judge.time_limit, options.judge.proof_limit);
 }
 
 nlohmann::ordered_json read_scene(const std::string& path) {
@@ -49,6 +50,12 @@ nlohmann::ordered_json chosen_scene(const FuzzArguments& options) {
 void print_opinions(const FuzzScene& scene) {
   fmt::print("verdict    {}{}{}\n", word_of(scene.verdict), scene.detail.empty() ? "" : ": ", scene.detail);
   fmt::print("difference {:.2e}, sensitivity {:.2e}\n", scene.difference, scene.sensitivity);
+  const FuzzTruth& truth = scene.truth;
+  if (!truth.grade.empty())
+    fmt::print("ricochet truth --scene SCENE\n  {:.3f} s, {}{}{}\n", truth.seconds, truth.grade,
+               truth.is_known() ? fmt::format(" to {} decimals", truth.decimals) : "",
+               truth.reason.empty() ? "" : ": " + truth.reason);
+  if (truth.is_known()) fmt::print("  q {:.12g}\n  v {:.12g}\n", fmt::join(truth.q, "  "), fmt::join(truth.v, "  "));
   for (const auto& o : scene.results) {
     fmt::print("{}\n  {:.3f} s, {}\n", o.command("SCENE"), o.seconds,
                o.succeeded() ? fmt::format("error allowed {:.1e}", o.error) : o.reason_class());
@@ -65,8 +72,8 @@ void add_fuzz_command(CLI::App& app, int& exit_code) {
   static FuzzArguments options;
   auto* command = app.add_subcommand(
       "fuzz",
-      "compare fesd_adaptive, fesd, CVODE, Moreau-Jean and event_driven on random scenes; exit code 1 if they disagree "
-      "without an explanation or one hangs");
+      "compare fesd_adaptive, fesd, CVODE, Moreau-Jean and event_driven on random scenes, with a proof where there is "
+      "one; exit code 1 if they disagree without an explanation, or one is wrong or hangs");
   command->add_option("--scenes", options.fuzz.scenes, "number of scenes")
       ->capture_default_str()
       ->check(positive_number());
@@ -80,6 +87,11 @@ void add_fuzz_command(CLI::App& app, int& exit_code) {
                    "limit of the wall time of a run [s]; after twice this time it is killed")
       ->capture_default_str()
       ->check(positive_number());
+  command
+      ->add_option("--proof-limit", options.fuzz.judge.proof_limit,
+                   "limit of the wall time of a proof [s], ten times as long where methods disagree; 0: no proofs")
+      ->capture_default_str()
+      ->check(non_negative_number());
   command
       ->add_option("--minimise-time", options.fuzz.minimise_time, "limit of the wall time for minimising a scene [s]")
       ->capture_default_str()
@@ -101,7 +113,7 @@ void add_fuzz_command(CLI::App& app, int& exit_code) {
       }
       const FuzzScene result = judge(scene, options.fuzz.judge);
       print_opinions(result);
-      if (result.verdict == FuzzVerdict::disagree || result.verdict == FuzzVerdict::hangs) exit_code = 1;
+      if (is_finding(result.verdict)) exit_code = 1;
       return;
     }
     require_writable_folder("results folder", options.fuzz.folder);

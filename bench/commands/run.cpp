@@ -85,7 +85,6 @@ void add_reference(const RunArguments& options, RunReport& report) {
   choice.problem = options.problem.scene.empty() ? options.problem.problem : options.problem.scene;
   choice.parameters = parameter_changes(options.problem.changes);
   choice.is_changed = options.problem.depth > 0 || !options.problem.impact_law.empty();
-  report.is_certified = choice.truth().has_value();
   try {
     report.reference = isolated_reference(choice, report.problem, kReferenceLimit);
   } catch (const std::runtime_error& error) {

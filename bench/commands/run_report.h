@@ -22,14 +22,13 @@ struct RunReport {
   std::optional<reference::Reference> reference;
   std::string without_reference;  ///< reason, if there is no reference
 
-  bool is_certified = false;  ///< the reference is a solution of 42 digits
-
   /// Claimed error of the final state of an error-controlled method: kClaimed tolerances relative to the size of the
   /// solution, of the reference or of the initial state. None for fixed steps.
   std::optional<double> claim() const;
-  /// Whether the final states differ by more than the sum of the claimed errors of the method and a computed reference:
-  /// one of them is wrong, and it is unknown which.
-  bool disagrees() const;
+  /// Whether the final states differ by more than the sum of the claimed errors of the method and the reference.
+  bool exceeds_claims() const;
+  /// exceeds_claims(), and the reference is computed: one of them is wrong, and it is unknown which.
+  bool disagrees() const { return exceeds_claims() && !reference->is_truth; }
 
   /// Number of solutions in `seconds`; all but one are for differences.
   std::size_t n_solutions() const { return by_differences ? 1 + 4 * settings.sensitivities.size() : 1; }

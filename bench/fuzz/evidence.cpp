@@ -25,10 +25,12 @@ FuzzResult run_again(const ordered_json& scene, const FuzzResult& result, double
 }
 
 Evidence evidence_of(const FuzzScene& found, const JudgeOptions& options) {
-  if (found.verdict == FuzzVerdict::disagree) {
-    return {"methods disagree: " + found.detail, [parties = found.parties, options](const ordered_json& scene) {
+  if (found.verdict == FuzzVerdict::disagree || found.verdict == FuzzVerdict::wrong) {
+    const std::string claim = found.verdict == FuzzVerdict::wrong ? "a method is wrong: " : "methods disagree: ";
+    return {claim + found.detail,
+            [verdict = found.verdict, parties = found.parties, options](const ordered_json& scene) {
               const FuzzScene again = judge(scene, options);
-              return again.verdict == FuzzVerdict::disagree && again.parties == parties;
+              return again.verdict == verdict && again.parties == parties;
             }};
   }
   const auto hanging =
@@ -61,7 +63,7 @@ std::string save_evidence(const ordered_json& scene, const FuzzScene& found, con
   smallest["hard_feature"] = evidence.claim;
   const std::string path =
       (std::filesystem::path(folder) / fmt::format("{}_{}_{}.json", found.family, found.seed, found.number)).string();
-  std::string text = fmt::format("// ricochet fuzz --scene {}\n", path);
+  std::string text = fmt::format("// ricochet fuzz --scene {0}\n// ricochet truth --scene {0}\n", path);
   for (const auto& result : found.results) text += fmt::format("// {}\n", result.command(path));
   write_text("scene file", path, text + smallest.dump(1) + "\n");
   return path;

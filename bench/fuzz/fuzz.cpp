@@ -32,9 +32,9 @@ std::vector<SceneFamily> chosen_families(const FuzzOptions& options) {
   return chosen;
 }
 
-/// Every disagreement and every method that hangs; of the scenes that fesd_adaptive declines the first two per reason.
+/// Every finding; of the scenes that fesd_adaptive declines the first two per reason.
 bool is_new_evidence(const FuzzScene& scene, const std::vector<FuzzScene>& before) {
-  if (scene.verdict == FuzzVerdict::disagree || scene.verdict == FuzzVerdict::hangs) return true;
+  if (is_finding(scene.verdict)) return true;
   const FuzzResult& adaptive = scene.results.front();
   if (adaptive.succeeded()) return false;
   return std::ranges::count_if(before, [&](const FuzzScene& other) {
@@ -52,8 +52,9 @@ std::vector<FuzzScene> run_fuzz(const FuzzOptions& options) {
   const auto begin = std::chrono::steady_clock::now();
   const std::vector<SceneFamily> families = chosen_families(options);
   const std::string name = fmt::format("fuzz_{}", options.seed);
-  const std::string key = fmt::format("{} {} {} {} {}", program_hash(), options.seed, options.scenes,
-                                      fmt::join(options.families, " "), options.judge.time_limit);
+  const std::string key =
+      fmt::format("{} {} {} {} {} {}", program_hash(), options.seed, options.scenes, fmt::join(options.families, " "),
+                  options.judge.time_limit, options.judge.proof_limit);
   ResultsFile file(options.folder, name,
                    {{"kind", "header"},
                     {"schema", kResultsSchema},

@@ -23,8 +23,8 @@ struct FuzzOptions {
 };
 
 /// Judges random scenes, family after family in turn, and returns what was found. A line of `folder`/fuzz_SEED.jsonl is
-/// written for each, and the scenes on which methods disagree, hang, or which fesd_adaptive declines are minimised and
-/// saved beside it. An interrupted run of the same program is continued.
+/// written for each. The scenes on which methods disagree, are wrong or hang, or which fesd_adaptive declines, are
+/// minimised and saved beside it. An interrupted run of the same program is continued.
 std::vector<FuzzScene> run_fuzz(const FuzzOptions& options);
 
 }  // namespace ricochet

@@ -13,9 +13,11 @@ namespace ricochet {
 namespace {
 
 /// The columns of verdicts.
-constexpr std::array kVerdicts = {FuzzVerdict::agree,    FuzzVerdict::sensitive, FuzzVerdict::open,
-                                  FuzzVerdict::outvoted, FuzzVerdict::collapse,  FuzzVerdict::undecided,
-                                  FuzzVerdict::declined, FuzzVerdict::disagree,  FuzzVerdict::hangs};
+constexpr std::array kVerdicts = {
+    FuzzVerdict::agree,    FuzzVerdict::wrong,     FuzzVerdict::sensitive, FuzzVerdict::open,     FuzzVerdict::outvoted,
+    FuzzVerdict::collapse, FuzzVerdict::undecided, FuzzVerdict::declined,  FuzzVerdict::disagree, FuzzVerdict::hangs};
+
+constexpr const char* kTruth = "truth";  // in lists of methods
 
 std::string share(int part, int whole) {
   return part == 0 ? "0" : fmt::format("{} ({:.1f} %)", part, 100.0 * part / whole);
@@ -52,13 +54,29 @@ std::string word_of(FuzzVerdict verdict) {
   return nlohmann::json(verdict);
 }
 
+bool is_finding(FuzzVerdict verdict) {
+  return verdict == FuzzVerdict::wrong || verdict == FuzzVerdict::disagree || verdict == FuzzVerdict::hangs;
+}
+
+namespace {
+
+std::string without_numbers_and_names(const std::string& message) {
+  static const std::regex name("'[^']*'"), number(R"([-+]?\d+(\.\d+)?(e[-+]?\d+)?)");
+  return std::regex_replace(std::regex_replace(message, name, "C"), number, "#");
+}
+
+}  // namespace
+
+std::string FuzzTruth::reason_class() const {
+  return is_known() || grade.empty() ? ""
+                                     : fmt::format("{}: {}", grade, without_numbers_and_names(reason).substr(0, 160));
+}
+
 std::string FuzzResult::reason_class() const {
   if (succeeded()) return "";
   if (is_killed_or_crashed()) return status;
-  static const std::regex name("'[^']*'"), number(R"([-+]?\d+(\.\d+)?(e[-+]?\d+)?)"), count(R"( \(# \w+\)$)");
-  std::string text = std::regex_replace(message, name, "C");
-  text = std::regex_replace(text, number, "#");
-  text = std::regex_replace(text, count, "");
+  static const std::regex count(R"( \(# \w+\)$)");
+  std::string text = std::regex_replace(without_numbers_and_names(message), count, "");
   // Time and step are no part of the reason.
   static const std::regex place(R"(^(from )?(step # of #, from )?t = # s(, with a step of # s)?: )");
   text = std::regex_replace(text, place, "");
@@ -77,10 +95,14 @@ struct FamilyCount {
   int scenes = 0;
   std::map<FuzzVerdict, int> verdicts;
   std::map<std::string, int> declines;  ///< by short name of a method
+  std::map<std::string, int> grades;    ///< of truths
+  double seconds = 0;                   ///< of all proofs
 
   void add(const FuzzScene& scene) {
     ++scenes;
     ++verdicts[scene.verdict];
+    ++grades[scene.truth.grade];
+    seconds += scene.truth.seconds;
     for (const auto& result : scene.results) declines[short_name(result.method)] += result.succeeded() ? 0 : 1;
   }
   template <class Map, class Key>
@@ -99,6 +121,9 @@ Table fuzz_table(const std::vector<FuzzScene>& scenes) {
     columns.push_back({word_of(verdict), "", "{}", [=](const F& f) { return f.share_of(f.verdicts, verdict); }});
   for (const auto& method : methods_of(scenes))
     columns.push_back({method + " declines", "", "{}", [=](const F& f) { return f.share_of(f.declines, method); }});
+  for (const char* grade : {"proven", "assumed"})
+    columns.push_back({grade, "", "{}", [=](const F& f) { return f.share_of(f.grades, std::string(grade)); }});
+  columns.push_back({"mean time of a proof", "s", "{:.3f}", [](const F& f) { return f.seconds / f.scenes; }});
   std::vector<FamilyCount> counts;
   for (const auto& family : families_of(scenes)) {
     counts.emplace_back().family = family;
@@ -120,9 +145,10 @@ Table fuzz_reasons(const std::vector<FuzzScene>& scenes) {
   };
   std::map<std::pair<std::string, std::string>, Reason> reasons;
   for (const auto& scene : scenes) {
-    for (const auto& result : scene.results) {
-      if (result.succeeded()) continue;
-      const std::string method = short_name(result.method), text = result.reason_class();
+    std::vector<std::pair<std::string, std::string>> declined{{kTruth, scene.truth.reason_class()}};
+    for (const auto& result : scene.results) declined.emplace_back(short_name(result.method), result.reason_class());
+    for (const auto& [method, text] : declined) {
+      if (text.empty()) continue;
       Reason& reason = reasons
                            .try_emplace({method, text},
                                         Reason{method, text, 0, {}, fmt::format("{} {}", scene.family, scene.number)})
@@ -159,9 +185,8 @@ Table fuzz_findings(const std::vector<FuzzScene>& scenes) {
       {"detail", &S::detail},
       {"file", &S::file},
   };
-  const auto found = rows_where(
-      scenes, [](const S& s) { return s.verdict == FuzzVerdict::disagree || s.verdict == FuzzVerdict::hangs; });
-  return table_of("Scenes on which methods disagree or hang", columns, found);
+  const auto found = rows_where(scenes, [](const S& s) { return is_finding(s.verdict); });
+  return table_of("Scenes on which methods disagree, are wrong or hang", columns, found);
 }
 
 }  // namespace ricochet

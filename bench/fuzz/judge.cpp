@@ -21,6 +21,7 @@ namespace {
 
 using nlohmann::json;
 using nlohmann::ordered_json;
+using reference::certified::Reading;
 
 constexpr double kAllowed = 1e-6;      // d in (1), relative to s
 constexpr double kConfirming = 1e-2;   // a pair confirms each other, relative to s
@@ -37,6 +38,9 @@ constexpr const char* kCvode = "cvode:adams";
 constexpr const char* kEventDriven = "event_driven";
 
 constexpr int kFixedSteps = 400, kMoreauJeanSteps = 5000, kMoreFixed = 2, kMoreMoreauJean = 10;
+constexpr int kDigits = 20;        // of a proof, in the units of the answers
+constexpr double kMoreProof = 10;  // of its time
+
 constexpr int kFiner = 4;           // N' / N
 constexpr double kStepErrors = 10;  // (1), (5), (6): an error by what N and N' steps differ
 
@@ -45,14 +49,17 @@ std::string moreau_jean_for(const ProblemInfo& problem) {
   return is_spatial ? "moreau_jean,solver=newton" : "moreau_jean";  // facets are not the friction disc
 }
 
-double distance(const FuzzResult& a, const FuzzResult& b) {
+/// @param a, b  FuzzResult or FuzzTruth
+template <class A, class B>
+double distance(const A& a, const B& b) {
   double largest = 0;
   for (std::size_t k = 0; k < a.q.size(); ++k)
     largest = std::max({largest, std::abs(a.q[k] - b.q[k]), std::abs(a.v[k] - b.v[k])});
   return largest;
 }
 
-double size_of(const FuzzResult& a) {
+template <class A>
+double size_of(const A& a) {
   double largest = 1;
   for (std::size_t k = 0; k < a.q.size(); ++k) largest = std::max({largest, std::abs(a.q[k]), std::abs(a.v[k])});
   return largest;
@@ -98,6 +105,7 @@ class Judge {
         size_(std::min({1.0, length_, velocity_})) {}
 
   FuzzScene verdict() {
+    if (options_.proof_limit > 0) truth_ = prove(Reading::decimal, options_.proof_limit);
     run_all();
     if (!all_agree() || !is_confirmed()) run_more();
     FuzzScene judged;
@@ -109,6 +117,7 @@ class Judge {
       }
     }
     judged.sensitivity = sensitivity_;
+    judged.truth = truth_;
     judged.results.assign(results_.begin(), results_.end());
     return judged;
   }
@@ -122,6 +131,26 @@ class Judge {
     for (double& q : result.q) q /= length_;
     for (double& v : result.v) v /= velocity_;
     return result;
+  }
+
+  FuzzTruth prove(Reading reading, double seconds) const {
+    const int more = static_cast<int>(std::ceil(-std::log10(size_)));
+    FuzzTruth truth =
+        options_.prover(*problem_, {.digits = kDigits + more, .reading = reading, .max_seconds = seconds});
+    for (double& q : truth.q) q /= length_;
+    for (double& v : truth.v) v /= velocity_;
+    truth.error /= std::min(length_, velocity_);
+    return truth;
+  }
+
+  void prove_more() {
+    if (!(options_.proof_limit > 0)) return;
+    const double seconds = kMoreProof * options_.proof_limit;
+    if (!truth_.is_known()) truth_ = prove(Reading::decimal, seconds);
+    if (!truth_.is_known()) return;
+    const FuzzTruth rounded = prove(Reading::rounded, seconds);
+    truth_.seconds += rounded.seconds;
+    if (rounded.is_known()) truth_.error += distance(truth_, rounded);  // (8)
   }
 
   /// With N' steps, and the error that N and N' leave, (1), (5) and (6).
@@ -178,6 +207,7 @@ class Judge {
       m.error = std::max(m.error, kAllowed * size_of(m) + kChanged * distance(before, m));  // (6)
     }
     measure_sensitivity({{a_before, spread_a}, {c_before, spread_c}, {e_before, spread_e}});
+    prove_more();
   }
 
   /// The answer with more steps; the old one, of which little is known, where that fails.
@@ -214,9 +244,14 @@ class Judge {
   bool agree(std::size_t i, std::size_t j) const {  // (2)
     return distance(results_[i], results_[j]) <= results_[i].error + results_[j].error;
   }
+  bool is_wrong(std::size_t i) const {  // (9)
+    const FuzzResult& result = results_[i];
+    return truth_.is_known() && result.succeeded() && distance(result, truth_) > result.error + truth_.error;
+  }
   bool all_agree() const {
     for (std::size_t i = 0; i < results_.size(); ++i) {
-      for (std::size_t j = 0; j < i; ++j) {
+      if (is_wrong(i)) return false;
+      for (std::size_t j = 0; j < i && !truth_.is_known(); ++j) {
         if (both(i, j) && !agree(i, j)) return false;
       }
     }
@@ -224,9 +259,11 @@ class Judge {
   }
   bool is_confirmed() const {
     for (std::size_t i = 0; i < results_.size(); ++i) {
-      for (std::size_t j = 0; j < i; ++j) {
-        if (both(i, j) && agree(i, j) && results_[i].error + results_[j].error <= kConfirming * size_of(results_[i]))
-          return true;
+      if (!results_[i].succeeded()) continue;
+      const double known = kConfirming * size_of(results_[i]) - results_[i].error;  // of the error of another answer
+      if (truth_.is_known() && !is_wrong(i) && truth_.error <= known) return true;
+      for (std::size_t j = 0; j < i && !truth_.is_known(); ++j) {
+        if (both(i, j) && agree(i, j) && results_[j].error <= known) return true;
       }
     }
     return false;
@@ -237,7 +274,9 @@ class Judge {
     for (const auto& result : results_) {
       if (result.is_killed_or_crashed()) add(fmt::format("{} was {}", result.method, result.reason_class()));
     }
+    if (truth_.is_killed_or_crashed()) add(fmt::format("the proof was {}", truth_.grade));
     if (!judged.detail.empty()) return FuzzVerdict::hangs;
+    if (truth_.is_known()) return decide_by_truth(judged);
     double worst = 0;
     bool is_of_time_stepping = true;
     for (std::size_t i = 0; i < results_.size(); ++i) {
@@ -258,6 +297,28 @@ class Judge {
       if (is_of_time_stepping && both(0, 2)) return FuzzVerdict::outvoted;
       return is_of_time_stepping && is_collapse(results_[2].reason) ? FuzzVerdict::collapse : FuzzVerdict::disagree;
     }
+    return decide_agreement();
+  }
+
+  FuzzVerdict decide_by_truth(FuzzScene& judged) const {
+    double worst = 0;
+    bool is_of_time_stepping = true;
+    for (std::size_t i = 0; i < results_.size(); ++i) {
+      if (!is_wrong(i)) continue;
+      is_of_time_stepping = is_of_time_stepping && i == 3;
+      const double difference = distance(results_[i], truth_), allowed = results_[i].error + truth_.error;
+      judged.detail += fmt::format("{}{} differs from the truth by {:.1e}, {:.1e} allowed",
+                                   judged.detail.empty() ? "" : "; ", results_[i].method, difference, allowed);
+      if (difference / allowed <= worst) continue;
+      worst = difference / allowed;
+      judged.parties = results_[i].method + " and the truth";
+    }
+    if (judged.detail.empty()) return decide_agreement();
+    return is_of_time_stepping ? FuzzVerdict::outvoted : FuzzVerdict::wrong;
+  }
+
+  /// Of methods that do not differ.
+  FuzzVerdict decide_agreement() const {
     if (std::ranges::none_of(results_, &FuzzResult::succeeded)) return FuzzVerdict::declined;
     if (!is_confirmed()) return FuzzVerdict::undecided;
     return kAmplified * sensitivity_ > kAllowed * size() ? FuzzVerdict::sensitive : FuzzVerdict::agree;
@@ -275,6 +336,7 @@ class Judge {
   double length_, velocity_;           ///< units of the answers, see SceneDraw::change_units()
   double size_;                        ///< the smallest of 1 and these: of what an absolute tolerance has to resolve
   std::array<FuzzResult, 5> results_;  ///< a, f, c, m, e
+  FuzzTruth truth_;
   double sensitivity_ = 0;
 };
 

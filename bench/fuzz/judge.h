@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bench/fuzz/fuzz_scene.h"
+#include "bench/fuzz/truth_of_scene.h"
 #include "problems/problem.h"
 
 namespace ricochet {
@@ -13,8 +14,10 @@ namespace ricochet {
 FuzzResult run_method(const Problem& problem, const std::string& method, const Setting& setting, double time_limit);
 
 struct JudgeOptions {
-  double time_limit = 10;                      ///< of a run [s]
-  decltype(&run_method) runner = &run_method;  ///< for tests of the rule
+  double time_limit = 10;                        ///< of a run [s]
+  double proof_limit = 0.2;                      ///< of a proof [s]; 0: none
+  decltype(&run_method) runner = &run_method;    ///< for tests of the rule
+  decltype(&prove_scene) prover = &prove_scene;  ///< for tests of the rule
 };
 
 /// The judge of random scenes: five methods that share little of their numerics are asked for the final state x = (q,
@@ -25,6 +28,9 @@ struct JudgeOptions {
 ///   c  cvode:adams                             tolerance 1e-10
 ///   m  moreau_jean                             thousands of steps
 ///   e  event_driven                            tolerance 1e-10
+///
+/// First `ricochet truth` is asked for a proof of the motion, x_t with a bound d_t of its error. Where there is one of
+/// grade proven or assumed, it alone decides: every method is compared with it, as in (9), and not with other methods.
 ///
 /// x is in metres and seconds: answers of a scene with parameters unit_length and unit_time are divided by these units.
 /// The tolerance of a method is absolute for numbers below 1. So it is multiplied by the smallest of 1 and the units of
@@ -40,8 +46,8 @@ struct JudgeOptions {
 ///
 ///   |x_i - x_j| <= d_i + d_j                                                                                  (2)
 ///
-/// If all that succeed do and some pair confirms each other within 1e-2 s, the verdict is "agree". Otherwise they are
-/// heard once more.
+/// If all that succeed do and some pair confirms each other within 1e-2 s, the verdict is "agree". Otherwise all are
+/// heard once more. A proof and a method are a pair, too.
 ///
 /// a  and e keep their answers. A tolerance is of a step, and errors add up over hundreds of impacts; more than 1e-5 s
 ///    is not imprecise but wrong:
@@ -67,7 +73,17 @@ struct JudgeOptions {
 ///
 ///   d_i := d_i + 30 K                                                                                         (7)
 ///
-/// (2) again decides: "agree" where 30 K < 1e-6 s, "sensitive" where only K explains the difference. Else "open" where
+/// t  is asked with ten times as much time, if it is open. It is of the scene as it is written; methods integrate the
+///    scene whose numbers are rounded to double. Where the motion x_r of that scene is proven, too,
+///
+///   d_t := d_t + |x_t - x_r|                                                                                    (8)
+///
+/// With a proof, every method i that succeeds is wrong where
+///
+///   |x_i - x_t| > d_i + d_t                                                                                     (9)
+///
+/// whatever the others say: "wrong", or "outvoted" where m alone is wrong, for the reason below. Without a proof, (2)
+/// again decides: "agree" where 30 K < 1e-6 s, "sensitive" where only K explains the difference. Else "open" where
 /// a method has declined because the motion is not unique. Where m alone stands against the others, a time step has
 /// made one impact of several, or several of one that strikes bodies at rest against each other, however short it is
 /// (element_start.h, (7)): "outvoted" where a and c, which share no formulas, agree; "collapse" where c has declined

@@ -15,7 +15,12 @@ reference::Reference isolated_reference(const ProblemChoice& choice, const Probl
   const IsolatedResult result = run_isolated(
       [&] {
         const reference::Reference r = choice.make_reference(made);
-        return json{{"q", r.solution.q}, {"v", r.solution.v}, {"uncertainty", r.uncertainty}, {"how", r.how}}.dump();
+        return json{{"q", r.solution.q},
+                    {"v", r.solution.v},
+                    {"uncertainty", r.uncertainty},
+                    {"how", r.how},
+                    {"is_truth", r.is_truth}}
+            .dump();
       },
       seconds);
   if (result.ending == IsolatedResult::Ending::killed)
@@ -27,6 +32,7 @@ reference::Reference isolated_reference(const ProblemChoice& choice, const Probl
   reference.solution.v = made_there.at("v").get<Vector>();
   reference.uncertainty = made_there.at("uncertainty");
   reference.how = made_there.at("how");
+  reference.is_truth = made_there.at("is_truth");
   return reference;
 }
 

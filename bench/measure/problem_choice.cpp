@@ -43,6 +43,7 @@ reference::Reference ProblemChoice::make_reference(const Problem& made,
   reference.solution = known->solution(sensitivities);
   // 42 decimals of the state, 27 and more of its derivatives, rounded to double.
   reference.uncertainty = std::numeric_limits<double>::epsilon() * reference.size();
+  reference.is_truth = true;
   reference.how = fmt::format(
       "{}, {}", is_scene_file() ? problem.substr(0, problem.rfind('#')) : reference::kCertifiedFile, known->id);
   return reference;

@@ -17,9 +17,10 @@ TEST_F(Cli, PrintsTheErrorAndWhatItIsMeasuredAgainst) {
   const Outcome known = run("run -p two_balls_spring -m fesd:gauss:4 -N 200");
   EXPECT_EQ(known.code, 0);
   EXPECT_HAS(known.text, "\nerror      ");
-  EXPECT_HAS(known.text, "reference/data/ground_truth.json, P2_two_balls_spring; its own error is below ");
+  EXPECT_HAS(known.text, "\ntruth      reference/data/ground_truth.json, P2_two_balls_spring; its own error is below ");
   if (reference::certified::can_certify()) {
     const Outcome proven = run("run -p bouncing_ball -m fesd:gauss:4 -N 50");
+    EXPECT_HAS(proven.text, "\ntruth      proven to ");
     EXPECT_HAS(proven.text, "decimals by Taylor series in ball arithmetic; its own error is below ");
   }
   const Outcome computed = run("run -p block_on_feet -m moreau_jean -N 100");  // without a proof

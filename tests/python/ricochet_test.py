@@ -4,6 +4,7 @@ import os
 import subprocess
 import tempfile
 import unittest
+from decimal import Decimal, getcontext
 from pathlib import Path
 
 import numpy as np
@@ -61,6 +62,56 @@ class Runs(unittest.TestCase):
         motion = ricochet.motion(FALLING, "fesd:gauss:2", steps=2, points=5)
         np.testing.assert_allclose(motion["q[0]"], 1 - 0.5 * 9.81 * motion["t"] ** 2, atol=1e-12)
         self.assertGreaterEqual(len(motion["t"]), 5)
+
+
+class Truths(unittest.TestCase):
+    def truth(self, *arguments, **options):
+        try:
+            return ricochet.truth(*arguments, **options)
+        except ricochet.RicochetError as error:
+            if "built without Arb" in str(error):
+                self.skipTest(str(error))
+            raise
+
+    def test_a_scene_of_ones_own(self):
+        truth = self.truth(FALLING, parameters={"m": 3.0}, digits=40)
+        self.assertEqual(truth.grade, "proven")
+        self.assertFalse(truth.is_open)
+        self.assertGreaterEqual(truth.decimals, 40)
+        self.assertEqual(Decimal(truth.q_text[0]), Decimal("0.2152"))  # 1 - 9.81 / 2 * 0.4^2, exactly
+        self.assertEqual(Decimal(truth.v_text[0]), Decimal("-3.924"))
+        np.testing.assert_array_equal(truth.q, [0.2152])
+        self.assertLessEqual(truth.q_radius[0], 1e-40)
+        self.assertEqual((truth.t, list(truth.events), list(truth.assumptions)), (0.4, [], []))
+
+    def test_events(self):
+        truth = self.truth("bouncing_ball", digits=50)
+        run = ricochet.run("bouncing_ball", "event_driven", tolerance=1e-12, reference=False)
+        self.assertEqual([event.kind for event in truth.events], ["impact"] * 3)
+        np.testing.assert_allclose([event.t for event in truth.events], [event.t for event in run.events], rtol=1e-12)
+        np.testing.assert_allclose(truth.events[0].Lambda_n, run.events[0].Lambda_n, rtol=1e-12)
+        np.testing.assert_allclose(truth.q, run.q, rtol=1e-12)
+        first = truth.events[0]
+        getcontext().prec = 100
+        exact = (Decimal("1.8") / Decimal("9.81")).sqrt()  # from 1 m with a radius of 0.1 m
+        self.assertLessEqual(abs(Decimal(first.t_text) - exact), Decimal(first.t_radius))
+        self.assertLessEqual(first.t_radius, 1e-50)
+        self.assertEqual((first.modes, first.grade), (["open"], "proven"))
+
+    def test_rounded_numbers_are_another_scene(self):
+        scene = {**FALLING, "q0": ["0.3"], "T": "0.1"}
+        self.assertNotEqual(self.truth(scene).q_text, self.truth(scene, rounded=True).q_text)
+
+    def test_an_open_motion_has_a_reason(self):
+        truth = self.truth({**FALLING, "f": ["-abs(q[0])"]})
+        self.assertTrue(truth.is_open)
+        self.assertIn("bends or jumps", truth.reason)
+        self.assertIsNone(truth.decimals)
+        self.assertEqual(truth.q.size, 0)
+
+    def test_what_the_program_refuses_is_an_exception(self):
+        with self.assertRaisesRegex(ricochet.RicochetError, "bouncing_ball"):
+            ricochet.truth("bouncing_bal")
 
 
 class Results(unittest.TestCase):

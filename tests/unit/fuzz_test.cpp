@@ -100,6 +100,7 @@ FuzzScene judged(const Answers& given) {
   answers = given;
   JudgeOptions options;
   options.runner = answer;
+  options.proof_limit = 0;
   return judge(
       ordered_json::parse(R"({"q0": ["0"], "v0": ["0"], "T": "1", "M": [["1"]], "f": ["-9.81"], "contacts": []})"),
       options);
@@ -167,6 +168,7 @@ TEST(Judge, ComparesInTheUnitsOfTheScene) {
   answers = {.adaptive = 1e-13, .adaptive_disturbed = 1e-13};
   JudgeOptions options;
   options.runner = answer;
+  options.proof_limit = 0;
   const auto verdict = [&](const char* unit_length) {
     auto scene =
         ordered_json::parse(R"({"q0": ["0"], "v0": ["0"], "T": "1", "M": [["1"]], "f": ["-9.81"], "contacts": []})");
@@ -183,6 +185,94 @@ TEST(Judge, ExplainsWhatIsNotUnique) {
   EXPECT_EQ(judged(given).verdict, FuzzVerdict::open);
   given.cvode_failure->code = FailureCode::inconsistent;
   EXPECT_EQ(judged(given).verdict, FuzzVerdict::disagree);
+}
+
+// Proofs that answer as a test wants.
+struct Proof {
+  const char* grade = "proven";
+  double x = 0, x_rounded = 0;
+  double seconds = 0;  // that it needs
+};
+Proof proof;
+
+FuzzTruth planted_proof(const Problem&, const reference::certified::Options& options) {
+  FuzzTruth truth;
+  truth.grade = options.max_seconds >= proof.seconds ? proof.grade : "open";
+  truth.decimals = 20;
+  truth.q = {options.reading == reference::certified::Reading::decimal ? proof.x : proof.x_rounded};
+  truth.v = {0};
+  truth.error = 1e-20;
+  return truth;
+}
+
+FuzzScene judged_with_proof(const Answers& given, const Proof& planted, decltype(&prove_scene) prover = planted_proof) {
+  answers = given;
+  proof = planted;
+  JudgeOptions options;
+  options.runner = answer;
+  options.prover = prover;
+  // thrown upwards, it is at its highest at the end
+  return judge(
+      ordered_json::parse(R"({"q0": ["0"], "v0": ["9.81"], "T": "1", "M": [["1"]], "f": ["-9.81"], "contacts": []})"),
+      options);
+}
+
+Answers all(double x) {
+  return {.adaptive = x, .adaptive_disturbed = x, .fixed = x, .cvode = x, .moreau_jean = x, .event_driven = x};
+}
+
+TEST(Judge, BelievesAProofBeforeAnyMajority) {
+  EXPECT_EQ(judged_with_proof(all(0), {}).verdict, FuzzVerdict::agree);
+  for (const char* grade : {"proven", "assumed"}) {
+    const FuzzScene found = judged_with_proof(all(1e-3), {.grade = grade});
+    EXPECT_EQ(found.verdict, FuzzVerdict::wrong) << "all methods agree, and are wrong";
+    for (const char* method : {"fesd_adaptive", "fesd:", "cvode", "event_driven"})
+      EXPECT_NE(found.detail.find(method), std::string::npos) << found.detail;
+    EXPECT_TRUE(found.parties.ends_with(" and the truth")) << found.parties;
+  }
+  Answers one_is_right = all(1e-3);
+  one_is_right.event_driven = 0;
+  const FuzzScene found = judged_with_proof(one_is_right, {});
+  EXPECT_EQ(found.verdict, FuzzVerdict::wrong);
+  EXPECT_EQ(found.detail.find("event_driven"), std::string::npos) << found.detail;
+  EXPECT_EQ(judged_with_proof(all(1e-3), {.grade = "open"}).verdict, FuzzVerdict::agree);
+  EXPECT_EQ(judged_with_proof({.moreau_jean = 0.3}, {}).verdict, FuzzVerdict::outvoted);
+  EXPECT_EQ(judged_with_proof(all(0), {.grade = "crashed"}).verdict, FuzzVerdict::hangs);
+}
+
+TEST(Judge, LetsNoMethodExcuseAnother) {
+  // Two that differ by less than both are allowed; one of them differs from the truth by more than it is allowed.
+  Answers far = all(0);
+  far.event_driven = 1.7e-6;
+  EXPECT_EQ(judged(far).verdict, FuzzVerdict::agree);
+  EXPECT_EQ(judged_with_proof(far, {}).verdict, FuzzVerdict::wrong);
+}
+
+TEST(Judge, AsksTheProofOnceMore) {
+  Answers far = all(0);
+  far.event_driven = 1e-4;
+  EXPECT_EQ(judged_with_proof(far, {.seconds = 1}).verdict, FuzzVerdict::wrong) << "with ten times as much time";
+  EXPECT_EQ(judged_with_proof(far, {.seconds = 10}).verdict, FuzzVerdict::disagree);
+  // Methods integrate the rounded scene, which moves elsewhere.
+  EXPECT_EQ(judged_with_proof(all(1e-3), {.x_rounded = 1e-3}).verdict, FuzzVerdict::agree);
+}
+
+TEST(Judge, ProvesAThrow) {
+  if (!reference::certified::can_certify()) GTEST_SKIP() << "Arb is not installed";
+  const FuzzScene right = judged_with_proof(all(4.905), {}, prove_scene);
+  EXPECT_EQ(right.verdict, FuzzVerdict::agree);
+  EXPECT_EQ(right.truth.grade, "proven");
+  EXPECT_GE(right.truth.decimals, 20);
+  EXPECT_EQ(judged_with_proof(all(4.906), {}, prove_scene).verdict, FuzzVerdict::wrong);
+}
+
+TEST(Judge, ProvesADrivenScene) {
+  if (!reference::certified::can_certify()) GTEST_SKIP() << "Arb is not installed";
+  const SceneFamily& loads = *std::ranges::find(scene_families(), std::string("loads"), &SceneFamily::name);
+  const FuzzScene judged = judge(random_scene(loads, 4301, 0), {.proof_limit = 5});
+  EXPECT_EQ(judged.truth.grade, "proven") << judged.truth.reason;
+  EXPECT_EQ(judged.verdict, FuzzVerdict::agree) << judged.detail;
+  for (const FuzzResult& result : judged.results) EXPECT_EQ(result.q.size(), judged.truth.q.size()) << "with the clock";
 }
 
 TEST(Judge, CountsReasonsWithoutNumbersAndNames) {

@@ -95,6 +95,29 @@ TEST(RunReport, AFailedRunPrintsRepeatedEventsOnce) {
   EXPECT_EQ(count("and 99 more events of these kinds at t = 0.5"), 1U) << text;
 }
 
+TEST(RunReport, WhoDiffersFromTheTruthIsWrong) {
+  const auto problem = make_problem("bouncing_ball");
+  Settings settings;
+  settings.tolerance = 1e-9;
+  RunReport report = report_of(*problem, "event_driven", settings);
+  report.reference.emplace();
+  report.reference->solution = report.solution;
+  report.reference->how = "proven to 20 decimals by a test";
+  const auto text_with_error = [&](double error, bool is_truth) {
+    report.reference->solution.q[0] = report.solution.q[0] + error;
+    report.reference->is_truth = is_truth;
+    EXPECT_EQ(run_json(report)["error"].is_null(), report.disagrees());
+    testing::internal::CaptureStdout();
+    print_error(report);
+    return testing::internal::GetCapturedStdout();
+  };
+  EXPECT_NE(text_with_error(0.5, true).find("error      0.5 in (q, v) at the end time: the method is wrong"),
+            std::string::npos);
+  EXPECT_NE(text_with_error(0.5, false).find("one of them is wrong"), std::string::npos);
+  for (const bool is_truth : {true, false})
+    EXPECT_EQ(text_with_error(1e-12, is_truth).find("wrong"), std::string::npos) << is_truth;
+}
+
 TEST(RunJson, EveryFieldIsOnThePage) {
   const std::string page = run_page();
   for (const auto& [field, schema] : run_schema().document()["properties"].items())
@@ -112,6 +135,7 @@ TEST(IsolatedReference, IsThatOfTheStudies) {
     EXPECT_EQ(here.solution.v, there.solution.v) << id;
     EXPECT_EQ(here.uncertainty, there.uncertainty) << id;
     EXPECT_EQ(here.how, there.how) << id;
+    EXPECT_EQ(here.is_truth, there.is_truth) << id;
   }
   ProblemChoice paradox;  // no force continues the slip
   paradox.problem = "falling_rod";

@@ -182,7 +182,10 @@ CheckResult check_order(const OrderCase& c, const Subject& subject) {
   if (!c.known.sensitivities().empty() && !subject.info.has_sensitivities)
     return CheckResult::not_applicable("it computes no sensitivities");
   try {
-    return subject.info.is_adaptive ? error_over_tolerance(c, subject, runs) : observed_order(c, subject, runs);
+    CheckResult result =
+        subject.info.is_adaptive ? error_over_tolerance(c, subject, runs) : observed_order(c, subject, runs);
+    result.reason += "; " + c.known.reference().title();
+    return result;
   } catch (const InputError& error) {  // a problem that the method declines
     return CheckResult::not_applicable(error.what());
   }

@@ -35,7 +35,7 @@ CheckResult meets_truth(const TruthCase& c, const Subject& subject) {
   const double error = truth.error_of(solution),
                allowed =
                    (subject.is_first_order() ? c.rule.first_order_error : c.rule.error) * std::max(1.0, truth.size());
-  std::string text = fmt::format("error {:.1e}, {:.0e} allowed", error, allowed);
+  std::string text = fmt::format("error {:.1e}, {:.0e} allowed; {}", error, allowed, truth.title());
   if (!(error <= allowed)) return CheckResult::fail(text, command);
   // Time stepping may need several steps for an impact, and knows of no other events.
   if (!subject.is_first_order()) {

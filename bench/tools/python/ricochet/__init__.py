@@ -6,6 +6,8 @@ A thin module over the program `ricochet`, which it finds in RICOCHET_PROGRAM or
     run = ricochet.run("two_balls_spring", "fesd:gauss:4", steps=50)
     run.t, run.q, run.error, [event.t for event in run.events]
     frame = ricochet.results("out/results/two_balls_order.jsonl")
+    truth = ricochet.truth("rocking_block", digits=40)
+    truth.grade, truth.q_text, truth.events[0].t_text
 """
 from __future__ import annotations
 
@@ -24,7 +26,7 @@ import numpy as np
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["Event", "Run", "RicochetError", "motion", "program", "results", "run"]
+__all__ = ["Event", "Run", "RicochetError", "Truth", "TruthEvent", "motion", "program", "results", "run", "truth"]
 
 
 class RicochetError(RuntimeError):
@@ -68,6 +70,48 @@ class Run:
         return self.status == "success"
 
 
+@dataclass(frozen=True)
+class TruthEvent:
+    """A proven event, within `t_radius` [s] of the decimal number `t_text`; `t` is the float next to it."""
+
+    t: float
+    t_text: str
+    t_radius: float
+    kind: str  #: impact, detach, slip_to_stick, stick_to_slip, slip_reversal, slip_end or zeno_end
+    name: str  #: of the contact
+    modes: Sequence[str]  #: of all contacts after it
+    Lambda_n: np.ndarray  #: impulses of all contacts of an impact [N s], as floats; else empty
+    grade: str  #: of the motion up to here
+
+
+@dataclass(frozen=True)
+class Truth:
+    """A motion with proven digits, as `ricochet truth --json` prints it; `document` has all of it.
+
+    Every component is within its radius of its decimal number: |q[k] - q_text[k]| <= q_radius[k]. `q` and `v` are the
+    floats next to these numbers, with n entries each; none if the motion is open.
+    """
+
+    grade: str  #: proven, assumed (relies on `assumptions`) or open (undecided, for the `reason`)
+    reason: str
+    assumptions: Sequence[str]
+    decimals: int | None  #: proven decimal places of the worst number; None if open
+    t: float  #: end time, or where an open motion stopped
+    q: np.ndarray
+    v: np.ndarray
+    q_text: Sequence[str]
+    v_text: Sequence[str]
+    q_radius: np.ndarray
+    v_radius: np.ndarray
+    events: Sequence[TruthEvent]  #: if the motion is open, those before it stopped
+    seconds: float
+    document: Mapping[str, Any] = field(repr=False)
+
+    @property
+    def is_open(self) -> bool:
+        return self.grade == "open"
+
+
 def program() -> str:
     """The program's path. Raises RicochetError where there is none."""
     found = os.environ.get("RICOCHET_PROGRAM") or shutil.which("ricochet")
@@ -83,9 +127,9 @@ def _call(words: Sequence[str]) -> str:
     return done.stdout
 
 
-def _words(scene: str | Path | Mapping[str, Any], method: str, steps: int | None, tolerance: float | None,
-           parameters: Mapping[str, float] | None, folder: str) -> list[str]:
-    words = ["--method", method]
+def _scene_words(scene: str | Path | Mapping[str, Any], parameters: Mapping[str, float] | None,
+                 folder: str) -> list[str]:
+    words = []
     if isinstance(scene, Mapping):
         path = Path(folder) / "scene.json"
         path.write_text(json.dumps(scene))
@@ -93,12 +137,18 @@ def _words(scene: str | Path | Mapping[str, Any], method: str, steps: int | None
     else:
         text = str(scene)
         words += ["--scene" if isinstance(scene, Path) or ".json" in text else "--problem", text]
+    for name, value in (parameters or {}).items():
+        words += ["--set", f"{name}={value!r}"]
+    return words
+
+
+def _words(scene: str | Path | Mapping[str, Any], method: str, steps: int | None, tolerance: float | None,
+           parameters: Mapping[str, float] | None, folder: str) -> list[str]:
+    words = ["--method", method, *_scene_words(scene, parameters, folder)]
     if steps is not None:
         words += ["--steps", str(steps)]
     if tolerance is not None:
         words += ["--tolerance", repr(tolerance)]
-    for name, value in (parameters or {}).items():
-        words += ["--set", f"{name}={value!r}"]
     return words
 
 
@@ -143,6 +193,32 @@ def motion(scene: str | Path | Mapping[str, Any], method: str, steps: int | None
         with path.open(newline="") as file:
             rows = list(csv.reader(line for line in file if not line.startswith("#")))
     return {name: np.array([float(row[k]) for row in rows[1:]]) for k, name in enumerate(rows[0])}
+
+
+def truth(scene: str | Path | Mapping[str, Any], *, parameters: Mapping[str, float] | None = None, digits: int = 30,
+          rounded: bool = False, time_limit: float | None = None) -> Truth:
+    """Proven digits of the motion and its events: of the id of a problem, a scene file, or a scene as a dictionary.
+
+    `digits` is the number of decimal places to prove. Numbers of the scene are decimals, 0.3 is three tenths; with
+    `rounded` each is the double next to it, as methods integrate the scene. `time_limit` is the wall time [s] after which
+    the motion is left open, 10 by default. An open motion is a Truth, too, with a reason.
+    Raises RicochetError for input that the program refuses, and if the program was built without Arb.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        words = ["truth", "--json", *_scene_words(scene, parameters, folder), "--digits", str(digits)]
+        if rounded:
+            words.append("--rounded")
+        if time_limit is not None:
+            words += ["--time-limit", repr(time_limit)]
+        document = json.loads(_call(words))
+    texts = lambda numbers: [number["value"] for number in numbers]  # noqa: E731
+    radii = lambda numbers: _array([number["radius"] for number in numbers])  # noqa: E731
+    q, v = document["q"], document["v"]
+    events = [TruthEvent(float(e["t"]), e["t"], e["radius"], e["kind"], e["contact"], e["modes"],
+                         _array(texts(e["Lambda_n"])), e["grade"]) for e in document["events"]]
+    return Truth(document["grade"], document["reason"], document["assumptions"], document["decimals"],
+                 float(document["t"] or 0), _array(texts(q)), _array(texts(v)), texts(q), texts(v), radii(q), radii(v), events,
+                 document["seconds"], document)
 
 
 def results(path: str | Path, kind: str | None = None) -> pandas.DataFrame:
