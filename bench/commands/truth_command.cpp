@@ -166,7 +166,8 @@ void add_truth_command(CLI::App& app, int& exit_code) {
   command->add_option("--check", arguments.check,
                       "verify the certificate in FILE, without a search for steps or events; exit code 1 if refused");
   command->footer(
-      "Grades: proven; assumed (relies on the listed equalities); open (undecided, with the reason; exit code 1).\n"
+      "Grades: proven; assumed (relies on the listed equalities); computed (takes the listed numbers as zero; two runs\n"
+      "agree); open (undecided, with the reason; exit code 1).\n"
       "Example:\n  ricochet truth --problem rocking_block --set mu=0.5 --digits 40\n"
       "  ricochet truth --problem pendulum_wall -o pendulum.cert.json\n"
       "  ricochet truth --check pendulum.cert.json");

@@ -102,7 +102,7 @@ bool HybridMotion::may_collapse(int i) const {
   const ContactFormulas& contact = scene_.contacts[i];
   return !contact.is_bilateral && contact.eps_r.sign() == Sign::positive &&
          p_.precision().sub(Ball(1.0), contact.eps_r).sign() == Sign::positive &&
-         coupled_contacts(scene_, states_.modes, i, p_).size() == 1;
+         coupled_contacts(scene_, states_.modes, {i}, p_).size() == 1;
 }
 
 /// The right-hand sides of (4). @throws Undecided

@@ -65,7 +65,7 @@ void CertificateChecker::apply(const EventFunction& function, const CertificateE
   const int i = function.contact;
   const std::string& name = scene_.contacts[i].name;
   if (function.kind == EventKind::impact) {
-    require_impulses(decisions_.close_gap(x_, t_, i, states_), stated);
+    require_impulses(decisions_.close_gaps(x_, t_, {i}, states_), stated);
     return require_event(stated, "impact", name);
   }
   if (!stated.Lambda_n.empty()) throw Refused("impulses of an event that is no impact");

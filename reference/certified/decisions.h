@@ -114,8 +114,9 @@ class Decisions {
   /// An impact of the `candidates`, as decide_impact(), and the modes of those that stay closed. x gets v+.
   ImpactOutcome strike(std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
                        const std::vector<char>& closed, ContactStates& states);
-  /// The gap of a contact closes: strike() with the closed contacts that it is coupled with.
-  ImpactOutcome close_gap(std::vector<Ball>& x, const Ball& t, int contact, ContactStates& states);
+  /// The gaps of the contacts `hit` close at the same time: strike() with the closed contacts that they are coupled
+  /// with.
+  ImpactOutcome close_gaps(std::vector<Ball>& x, const Ball& t, const std::vector<int>& hit, ContactStates& states);
   /// The normal force of a contact vanishes: it opens.
   void open_contact(const std::vector<Ball>& x, const Ball& t, int contact, ContactStates& states);
   /// The sticking force of `event` reaches the friction cone: the contact slips.

@@ -76,13 +76,16 @@ ImpactOutcome Decisions::strike(std::vector<Ball>& x, const Ball& t, const std::
   return outcome;
 }
 
-ImpactOutcome Decisions::close_gap(std::vector<Ball>& x, const Ball& t, int i, ContactStates& states) {
+ImpactOutcome Decisions::close_gaps(std::vector<Ball>& x, const Ball& t, const std::vector<int>& hit,
+                                    ContactStates& states) {
   step_.load(x, t);
-  if (p_.value_of(scene_.contacts[i].v_n).sign() != Sign::negative)
-    throw Undecided("a grazing impact of " + scene_.contacts[i].name);
-  const std::vector<int> candidates = coupled_contacts(scene_, states.modes, i, p_);
+  for (const int i : hit) {
+    if (p_.value_of(scene_.contacts[i].v_n).sign() != Sign::negative)
+      throw Undecided("a grazing impact of " + scene_.contacts[i].name);
+  }
+  const std::vector<int> candidates = coupled_contacts(scene_, states.modes, hit, p_);
   std::vector<char> closed(scene_.n_c(), 0);
-  for (const int j : candidates) closed[j] = j != i;
+  for (const int j : candidates) closed[j] = std::ranges::count(hit, j) == 0;
   return strike(x, t, candidates, closed, states);
 }
 
@@ -112,7 +115,7 @@ void Decisions::begin_slip(const std::vector<Ball>& x, const Ball& t, const Even
 
 std::string Decisions::end_slip(const std::vector<Ball>& x, const Ball& t, int i, ContactStates& states) {
   if (scene_.contacts[i].n_t() == 2) throw Unsupported("slip in space ends: " + scene_.contacts[i].name);
-  const std::vector<int> candidates = coupled_contacts(scene_, states.modes, i, p_);
+  const std::vector<int> candidates = coupled_contacts(scene_, states.modes, {i}, p_);
   std::vector<int> slip_sign(scene_.n_c(), 0);
   for (const int j : candidates) {
     if (j != i) slip_sign[j] = slip_sign_of(states.modes[j]);

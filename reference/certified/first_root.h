@@ -43,11 +43,14 @@ struct FirstRoot {
   Kind kind = Kind::unknown;
   Ball root;                ///< enclosure of tau
   const char* reason = "";  ///< of unknown
+  bool grazes = false;      ///< f > -graze is proven instead of f > 0 somewhere before
 };
 
 /// Finds the first root of `f` on [0, end]. f(0) > 0 is required. Intervals are bisected until f > 0 by the mean value
-/// theorem, p(m) + (I - m) p'(I) - rho > 0, or p' < 0 with f > 0 at their beginning and f < 0 at their end. The root
-/// then is enclosed by Newton's operator X -> m - (p(m) +- rho) / p'(X).
-FirstRoot first_root(const BoundedPolynomial& f, const Ball& end, const Precision& precision);
+/// theorem, p(m) + (I - m) p'(I) - rho > 0, by the Taylor series of p at the middle of the interval, or by p'' > 0 and
+/// the minimum; or until p' < 0 with f > 0 at their beginning and f < 0 at their end. The root then is enclosed by
+/// Newton's operator X -> m - (p(m) +- rho) / p'(X).
+/// @param graze  a convex minimum above -graze is taken for positive, without a proof; 0 for proofs
+FirstRoot first_root(const BoundedPolynomial& f, const Ball& end, const Precision& precision, double graze = 0);
 
 }  // namespace ricochet::reference::certified

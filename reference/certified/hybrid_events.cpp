@@ -10,9 +10,12 @@ void HybridMotion::handle(const EventFunction& event) {
     case EventKind::impact: {
       last_impact_ = event.contact;
       std::vector<Ball> x = set_.box();
-      const ImpactOutcome outcome = decisions_.close_gap(x, t_, event.contact, states_);
+      const ImpactOutcome outcome = decisions_.close_gaps(x, t_, {event.contact}, states_);
       keep_impact(std::move(x), outcome, contact);
-      pass_accumulation(event.contact, outcome.modes.front());
+      if (cut_ > 0)
+        pass_group_collapse(event.contact);  // a window, which is proven, would be wider than what is taken as zero
+      else
+        pass_accumulation(event.contact, outcome.modes.front());
       break;
     }
     case EventKind::detach:

@@ -4,15 +4,18 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 namespace ricochet::reference::certified {
 namespace {
 
-constexpr double kWidest = -3;     // log10 of the radius of a state beyond which nothing is decided any more
-constexpr int kSpareDigits = 15;   // significant digits beyond the decimal places that are wanted
-constexpr int kMostTrials = 60;    // lengths of one step
-constexpr slong kRoomBits = 6;     // of balls in a certificate, beyond rounding
-constexpr int kRemainderRoom = 2;  // bits
+constexpr double kWidest = -3;         // log10 of the radius of a state beyond which nothing is decided any more
+constexpr int kSpareDigits = 15;       // significant digits beyond the decimal places that are wanted
+constexpr int kMostTrials = 60;        // lengths of one step
+constexpr double kShortFlight = 1e-3;  // of a step, so that a root is hard to find in it
+constexpr double kFlights = 3;         // length of the step then
+constexpr slong kRoomBits = 6;         // of balls in a certificate, beyond rounding
+constexpr int kRemainderRoom = 2;      // bits
 
 std::string short_text(const Ball& ball) {
   char* const text = arb_get_str(ball.get(), 12, ARB_STR_NO_RADIUS);
@@ -47,11 +50,12 @@ double short_length(double h) {
 }  // namespace
 
 HybridMotion::HybridMotion(SceneFormulas formulas, SeriesProgram& program, const Options& options,
-                           const TimeLimit& limit)
+                           const TimeLimit& limit, int cut)
     : scene_(std::move(formulas)),
       p_(program),
       options_(options),
       limit_(limit),
+      cut_(cut),
       taylor_(scene_, program, limit),
       set_(scene_, program, taylor_, options.mean_value_form),
       decisions_(scene_, program, taylor_, limit),
@@ -63,6 +67,13 @@ HybridMotion::HybridMotion(SceneFormulas formulas, SeriesProgram& program, const
 void HybridMotion::assume(const std::string& what) {
   result_.assumptions.push_back(what);
   result_.grade = std::max(result_.grade, Grade::assumed);
+}
+
+/// What is taken as zero without a proof, from now on.
+void HybridMotion::take_as_zero(const std::string& what) {
+  result_.assumptions.push_back(fmt::format("{}, below 1e-{}, at t = {}", what, cut_, short_text(t_)));
+  result_.grade = Grade::computed;
+  result_.no_certificate = "the motion is computed, not proven";
 }
 
 void HybridMotion::begin() {
@@ -102,7 +113,7 @@ void HybridMotion::run() {
   try {
     run_to_end();
   } catch (const Undecided& error) {
-    if (!impacts_accumulate() || may_collapse(last_impact_)) throw;  // more bits reach smaller speeds
+    if (cut_ > 0 || !impacts_accumulate() || may_collapse(last_impact_)) throw;  // more bits reach smaller speeds
     throw Unsupported(fmt::format("impacts accumulate at t = {}", short_text(t_)));
   }
 }
@@ -121,16 +132,20 @@ void HybridMotion::run_to_end() {
     }
     const Step step = find_step();
     is_last = step.is_last;
+    for (const int i : step.grazing) take_as_zero(fmt::format("the gap of {} touches zero", scene_.contacts[i].name));
     ++result_.n_steps;
     if (options_.with_steps) keep(step);
-    if (step.reached.size() > 1) {
+    if (step.reached.size() > 1 && !step.is_tied) {
       handle_decoupled_impacts(step);
       continue;
     }
     const bool has_started_slip = !states_.starting.empty();
     advance(step);
     if (has_started_slip && step.reached.empty()) begin_motion();
-    if (!step.reached.empty()) handle(EventFunction(motion_.events[step.reached.front()]));
+    if (step.is_tied)
+      handle_tied_impacts(step);
+    else if (!step.reached.empty())
+      handle(EventFunction(motion_.events[step.reached.front()]));
   }
   leave_room();
 }
@@ -172,12 +187,32 @@ void HybridMotion::pass_window(const std::vector<Ball>& box, const Ball& w, cons
   t_ = a.add(begin, w);
 }
 
+/// An estimate of the next time at which a gap closes, from its first three coefficients [s].
+double HybridMotion::shortest_flight() const {
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const EventFunction& event : motion_.events) {
+    if (event.kind != EventKind::impact || p_.is_constant(event.node)) continue;
+    if (states_.vanishing_gap[event.contact] > 1) continue;
+    const auto coefficient = [&](int k) { return Ball(p_.coefficient(event.node, k)).nearest(); };
+    const double gap = states_.vanishing_gap[event.contact] > 0 ? 0 : coefficient(0);
+    const double rate = coefficient(1), bend = coefficient(2);
+    const double discriminant = rate * rate - 4 * bend * gap;
+    if (!(discriminant >= 0)) continue;
+    const double sum = std::abs(rate) + std::sqrt(discriminant);
+    for (const double root : {2 * gap / (rate < 0 ? sum : -sum), (rate < 0 ? sum : -sum) / (2 * bend)}) {
+      if (root > 0) shortest = std::min(shortest, root);
+    }
+  }
+  return shortest;
+}
+
 HybridMotion::Step HybridMotion::find_step() {
   set_.expand(motion_, t_);
   const Ball left = p_.precision().sub(scene_.end_time, t_);
   if (left.sign() != Sign::positive) throw Undecided("an event at the end time");
   const double longest = left.nearest() * (1 + 1e-9) + 1e-300;
   double h = std::min(taylor_.suggested_length(motion_), longest);
+  if (const double flight = shortest_flight(); flight < kShortFlight * h) h = kFlights * flight;
   std::string reason = "no step";
   for (int trial = 0; trial < kMostTrials; ++trial, h *= trial < 3 ? 0.9 : 0.6) {
     limit_.check();
@@ -230,7 +265,9 @@ bool HybridMotion::find_events(double h, const Ball& end, Step& step, std::strin
     arb_poly_get_coeff_arb(first.get(), f.p, 0);
     if (first.sign() != Sign::positive)
       throw Undecided(fmt::format("{}: undecided whether it happens at t = {}", name_of_event(event), short_text(t_)));
-    const FirstRoot root = first_root(f, end, p_.precision());
+    const bool may_graze = cut_ > 0 && event.kind == EventKind::impact;
+    const FirstRoot root = first_root(f, end, p_.precision(), may_graze ? std::pow(10., -cut_) : 0);
+    if (root.grazes) step.grazing.push_back(event.contact);
     if (root.kind == FirstRoot::Kind::unknown || (is_bounded_only && root.kind == FirstRoot::Kind::found)) {
       reason = fmt::format("{}: {}", name_of_event(event), *root.reason ? root.reason : "an impact at once");
       return false;
@@ -250,10 +287,14 @@ bool HybridMotion::find_events(double h, const Ball& end, Step& step, std::strin
     step.reached.push_back(k);
     step.end = p_.precision().hull(step.end, root);
   }
-  if (step.reached.size() > 1 && !are_decoupled_impacts(step))
+  if (step.reached.size() > 1 && are_tied_impacts(step.reached, h)) {
+    step.is_tied = true;
+    step.end = first.second;
+  } else if (step.reached.size() > 1 && !are_decoupled_impacts(step)) {
     throw Undecided(fmt::format("{} and {} at the same time, t = {}", name_of_event(motion_.events[step.reached[0]]),
                                 name_of_event(motion_.events[step.reached[1]]),
                                 short_text(p_.precision().add(t_, p_.precision().mul(step.end, Ball(h))))));
+  }
   return true;
 }
 

@@ -14,7 +14,10 @@ namespace ricochet::reference::certified {
 class HybridMotion {
  public:
   /// @param formulas  in terms of the `program`
-  HybridMotion(SceneFormulas formulas, SeriesProgram& program, const Options& options, const TimeLimit& limit);
+  /// @param cut  decimal places: smaller velocities of coupled contacts are taken as zero where impacts accumulate, and
+  ///             the grade is `computed`; 0: never
+  HybridMotion(SceneFormulas formulas, SeriesProgram& program, const Options& options, const TimeLimit& limit,
+               int cut = 0);
 
   /// Runs to the end time. @throws Undecided, Unsupported, OutOfTime, with what is enclosed until then in result()
   void run();
@@ -22,6 +25,8 @@ class HybridMotion {
   CertifiedMotion result() const;
   /// Upper bound of log10 of all radii of the state and of the event times.
   double log10_radius() const;
+  /// Whether the last impacts follow each other so fast that they seem to accumulate.
+  bool impacts_accumulate() const;
 
  private:
   /// A step within which nothing happens, or which ends at events.
@@ -29,15 +34,18 @@ class HybridMotion {
     double h = 0;
     Ball end;                          ///< fraction of h
     std::vector<std::size_t> reached;  ///< event functions of the motion that vanish at the end, not to be told apart
+    bool is_tied = false;              ///< they vanish at exactly the same time
     bool is_last = false;              ///< ends at the end time
+    std::vector<int> grazing;          ///< contacts whose gap touches zero, taken for no impact
   };
 
   void run_to_end();
-  bool impacts_accumulate() const;
   void begin();
   void assume(const std::string& what);
+  void take_as_zero(const std::string& what);
   void begin_motion();
   Step find_step();
+  double shortest_flight() const;
   bool try_step(double h, Step& step, std::string& reason);
   bool find_events(double h, const Ball& end, Step& step, std::string& reason);
   void keep(const Step& step);
@@ -60,10 +68,20 @@ class HybridMotion {
   std::vector<Ball> jumps_of_slip(const Collapse& collapse);
   std::vector<Ball> jumps_of_sticking(const Collapse& collapse);
 
+  // group_collapse.cpp
+  void pass_group_collapse(int contact);
+  std::vector<int> group_of(int contact);
+  bool comes_to_rest(const std::vector<int>& group);
+
   // slip_end_in_space.cpp
   struct LastSlip;
   bool pass_slip_end(int contact);
   void map_last_slip(LastSlip& last);
+
+  // tied_impacts.cpp
+  bool are_tied_impacts(const std::vector<std::size_t>& reached, double h);
+  void handle_tied_impacts(const Step& step);
+  void keep_symmetry(std::vector<Ball>& x, int i, int j);
 
   // simultaneous_impacts.cpp
   bool are_decoupled_impacts(const Step& step) const;
@@ -78,6 +96,7 @@ class HybridMotion {
   SeriesProgram& p_;
   const Options& options_;
   const TimeLimit& limit_;
+  int cut_;  ///< decimal places, or 0
   TaylorStep taylor_;
   MovingSet set_;
   Decisions decisions_;

@@ -296,13 +296,14 @@ std::vector<int> with_closed(std::vector<int> contacts, const std::vector<Mode>&
   return contacts;
 }
 
-std::vector<int> coupled_contacts(const SceneFormulas& scene, const std::vector<Mode>& modes, int contact,
-                                  const SeriesProgram& program) {
-  const std::vector<int> all = with_closed({contact}, modes);
+std::vector<int> coupled_contacts(const SceneFormulas& scene, const std::vector<Mode>& modes,
+                                  const std::vector<int>& contacts, const SeriesProgram& program) {
+  const std::vector<int> all = with_closed(contacts, modes);
   const std::vector<int> labels = momentum_groups(scene, all, program).of_contact;
+  const auto end_of_own = labels.begin() + std::ssize(contacts);
   std::vector<int> coupled;
   for (std::size_t k = 0; k < all.size(); ++k) {
-    if (labels[k] == labels[0]) coupled.push_back(all[k]);
+    if (std::find(labels.begin(), end_of_own, labels[k]) != end_of_own) coupled.push_back(all[k]);
   }
   return coupled;
 }

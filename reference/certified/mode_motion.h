@@ -91,8 +91,8 @@ std::vector<std::vector<int>> independent_parts(const SceneFormulas& scene, cons
 
 /// `contacts` and all others that are not open.
 std::vector<int> with_closed(std::vector<int> contacts, const std::vector<Mode>& modes);
-/// Contacts that are closed and exchange momentum with `contact`, which comes first.
-std::vector<int> coupled_contacts(const SceneFormulas& scene, const std::vector<Mode>& modes, int contact,
-                                  const SeriesProgram& program);
+/// Contacts that are closed and exchange momentum with one of `contacts`, which come first.
+std::vector<int> coupled_contacts(const SceneFormulas& scene, const std::vector<Mode>& modes,
+                                  const std::vector<int>& contacts, const SeriesProgram& program);
 
 }  // namespace ricochet::reference::certified

@@ -4,6 +4,7 @@
 #include <ginac/ginac.h>
 
 #include <map>
+#include <memory>
 
 #include "problems/derivatives/canonical_order.h"
 #include "problems/derivatives/symbolic_problem.h"
@@ -250,6 +251,11 @@ class SceneTranslation {
     return std::move(scene_);
   }
 
+  ContactPair compare(int i, int j) {
+    const auto &a = model_.contacts[i], &b = model_.contacts[j];
+    return {translate_(exact(a.gap - b.gap).expand()), exact(a.eps_r - b.eps_r).expand().is_zero()};
+  }
+
  private:
   static Node add(std::vector<Node>& list, Node node) {
     list.push_back(node);
@@ -363,7 +369,10 @@ SceneFormulas scene_formulas(const Problem& problem, Reading reading, SeriesProg
   if (!problem.formulas()) throw Unsupported("the scene is not made of formulas");
   if (problem.info().impact_law.hypothesis != ImpactHypothesis::newton)
     throw Unsupported(fmt::format("impact law {}", name_of(problem.info().impact_law.hypothesis)));
-  return SceneTranslation(problem, reading, program).run();
+  const auto translation = std::make_shared<SceneTranslation>(problem, reading, program);
+  SceneFormulas scene = translation->run();
+  scene.compare = [translation](int i, int j) { return translation->compare(i, j); };
+  return scene;
 }
 
 }  // namespace ricochet::reference::certified

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -41,6 +42,12 @@ struct ContactFormulas {
   int n_t() const { return static_cast<int>(J_t.size()); }  ///< Tangent directions.
 };
 
+/// What two contacts have in common.
+struct ContactPair {
+  Node gap_difference = -1;       ///< gap of the first less that of the second, with equal terms left out [m]
+  bool same_restitution = false;  ///< eps_r is the same number
+};
+
 /// The equations M(q) v' = f(q, v, t) + contact forces, with the control in f. Time is a variable, the clock.
 struct SceneFormulas {
   int n = 0;                         ///< coordinates, without a clock
@@ -51,6 +58,7 @@ struct SceneFormulas {
   std::vector<ContactFormulas> contacts;
   std::vector<Ball> start;                                       ///< q0, then v0
   Ball end_time;                                                 ///< [s]
+  std::function<ContactPair(int i, int j)> compare;              ///< Contacts i and j.
   int n_c() const { return static_cast<int>(contacts.size()); }  ///< Contacts.
 };
 

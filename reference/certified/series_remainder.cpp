@@ -216,8 +216,12 @@ bool SeriesProgram::disc_bound(Magnitude& r, Op op, const Entry& a, const Magnit
   }
 }
 
-/// (14) for the best of some sigma.
+/// (14) for the best of some sigma. A polynomial that is constant has a constant image, without remainder.
 bool SeriesProgram::cauchy(Magnitude& r, Op op, const Entry& a) const {
+  if (mag_is_zero(a.suffix[1].get())) {
+    mag_zero(r.get());
+    return true;
+  }
   static constexpr std::array kSigma{1.25, 1.5, 2.0, 2.5, 3.0, 4.0, 5.0, 6.0, 8.0, 11.0, 16.0, 32.0, 64.0};
   const int N = degree_;
   mag_inf(r.get());

@@ -81,7 +81,7 @@ bool HybridMotion::pass_slip_end(int i) {
   arb_sqrt(last.speed.get(), last.speed.get(), a.bits);
   arb_get_ubound_arf(arb_midref(last.speed.get()), last.speed.get(), a.bits);
   mag_zero(arb_radref(last.speed.get()));
-  if (!(last.speed.nearest() < std::sqrt(longest)) || coupled_contacts(scene_, states_.modes, i, p_).size() > 1)
+  if (!(last.speed.nearest() < std::sqrt(longest)) || coupled_contacts(scene_, states_.modes, {i}, p_).size() > 1)
     return false;
   last.contact = i;
   std::vector<Mode> modes = states_.modes;

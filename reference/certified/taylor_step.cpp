@@ -221,6 +221,20 @@ bool TaylorStep::contract(const std::vector<Node>& schedule, const Rates& rates,
   return false;
 }
 
+bool TaylorStep::vanishes(Node node, double h) {
+  if (p_.is_constant(node)) return p_.is_zero(node);
+  const std::vector<Node> schedule = p_.schedule({node});
+  const int N = p_.precision().order;
+  for (int k = 0; k <= N; ++k) {
+    for (const Node i : schedule) p_.compute(i, k, p_.precision().bits);
+  }
+  p_.measure(schedule, h);
+  for (const Node i : schedule) {
+    if (!p_.remainder(i)) return false;
+  }
+  return p_.leading(node, 0, N) > N && mag_is_zero(p_.rho(node)) != 0;
+}
+
 void TaylorStep::polynomial(BoundedPolynomial& f, Node node, double h, int vanishing) const {
   polynomial(f, node, h, vanishing, p_.precision().order);
 }

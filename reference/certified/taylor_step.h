@@ -74,6 +74,9 @@ class TaylorStep {
   /// The same for the variation, after that of its motion, whose remainders stay as they are.
   bool validate(const ModeMotion& motion, const Variation& variation, double h);
 
+  /// Whether a function of q, v and t is zero on [0, h] for all motions of the set: all coefficients and the remainder
+  /// are exactly zero. The motion must be validated.
+  bool vanishes(Node node, double h);
   /// f(tau h) / tau^vanishing, of a node whose first `vanishing` coefficients are exactly zero.
   void polynomial(BoundedPolynomial& f, Node node, double h, int vanishing) const;
   /// Value of a node at t = tau h.
