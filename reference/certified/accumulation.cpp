@@ -202,11 +202,11 @@ bool HybridMotion::pass_accumulation(int i, Mode last) {
   if (v_n.sign() != Sign::positive || !(v_n.nearest() < rest * std::pow(10., -options_.digits - kSpare))) return false;
   Collapse collapse;
   collapse.contact = i;
-  collapse.open = mode_motion(scene_, states_.modes, p_);
+  collapse.open = mode_motion(scene_, states_.modes, p_, {}, states_.left_out);
   collapse.mode = mode_of_collapse(i, last);
   std::vector<Mode> modes = states_.modes;
   modes[i] = collapse.mode;
-  collapse.closed = mode_motion(scene_, modes, p_);
+  collapse.closed = mode_motion(scene_, modes, p_, {}, states_.left_out);
   collapse.rates = contact_rates(collapse.open, contact, scene_, p_);
   collapse.start = collapse.box = set_.box();
   collapse.delta = upper_bound(v_n, a.bits);

@@ -204,7 +204,7 @@ void CertificateChecker::take(const CertifiedStep& stated) {
   if (!(stated.length > 0) || end.sign() != Sign::positive || !arb_le(end.get(), one.get()))
     throw Refused("the end is not within the step");
   taylor_.load(x_, t_);
-  if (modes_are_new_) motion_ = mode_motion(scene_, states_.modes, p_);
+  if (modes_are_new_) motion_ = mode_motion(scene_, states_.modes, p_, {}, states_.left_out);
   taylor_.expand(motion_, a.order);
   require_remainders(motion_, stated);
   const CertificateEvent* event = event_at_end_of(step_);

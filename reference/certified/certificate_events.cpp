@@ -76,7 +76,7 @@ void CertificateChecker::apply(const EventFunction& function, const CertificateE
     decisions_.begin_slip(x_, t_, function, states_);
     require_event(stated, "stick_to_slip", name);
   } else {
-    require_event(stated, decisions_.end_slip(x_, t_, i, states_), name);
+    require_event(stated, decisions_.end_slip(x_, t_, function, states_), name);
   }
 }
 

@@ -73,9 +73,10 @@ std::string Decisions::names(const std::vector<int>& candidates, const Combinati
 }
 
 /// Inequalities (1): the first coefficient of every event function that is not exactly zero is positive. The series of
-/// `motion` must be there up to `order`. @returns unknown if more orders are needed
+/// `motion` must be there up to `order`. @param first_only  later coefficients depend on modes of others
+/// @returns unknown if more orders are needed
 Sign Decisions::check_modes(const std::vector<int>& candidates, const std::vector<int>& slip_sign,
-                            const ModeMotion& motion, int order) {
+                            const ModeMotion& motion, int order, bool first_only) {
   std::vector<Sign> signs;
   for (const EventFunction& event : motion.events) {
     if (std::ranges::count(candidates, event.contact) == 0) continue;
@@ -85,30 +86,42 @@ Sign Decisions::check_modes(const std::vector<int>& candidates, const std::vecto
       if (p_.is_constant(event.node)) return Sign::negative;  // no slip is possible
       first = 1;
     }
-    const int k = p_.leading(event.node, first, order);
-    signs.push_back(k > order ? Sign::unknown : Ball(p_.coefficient(event.node, k)).sign());
+    const int last = first_only ? first : order;
+    const int k = p_.leading(event.node, first, last);
+    signs.push_back(k > last ? Sign::unknown : Ball(p_.coefficient(event.node, k)).sign());
   }
   return all_of(signs);
 }
 
-/// The sign of a combination, by two orders and, if coefficients vanish exactly, by more.
-void Decisions::check_alternative(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
+/// The sign of a combination, by two orders and, if coefficients vanish exactly, by more; and what keeps at rest.
+void Decisions::check_alternative(const std::vector<Ball>& x, const Ball& t, const Group& group,
                                   const std::vector<int>& slip_sign, ModeAlternative& alternative) {
   constexpr int kFirstOrder = 2, kLastOrder = 8;
+  bool has_no_acceleration_of_rest = false;
+  step_.load(x, t);
+  alternative.kept = kept_at_rest(group, alternative.modes);
   try {
     step_.load(x, t);
-    const ModeMotion motion = mode_motion(scene_, alternative.modes, p_, alternative.starting);
+    const ModeMotion motion = mode_motion(scene_, alternative.modes, p_, alternative.starting, alternative.left_out);
     for (const auto& [contact, force] : motion.normal_force) {
       if (p_.is_zero(force) && scene_.contacts[contact].n_t() == 0) alternative.idle.push_back(contact);
     }
+    const bool first_only = depends_on_others(motion, group, false);
     for (const int order : {kFirstOrder, kLastOrder}) {
       step_.load(x, t);
       step_.expand(motion, order);
-      alternative.sign = check_modes(candidates, slip_sign, motion, order);
-      if (alternative.sign != Sign::unknown) return;
+      alternative.sign = check_modes(group.candidates, slip_sign, motion, order, first_only);
+      if (alternative.sign != Sign::unknown) break;
     }
+    has_no_acceleration_of_rest = has_no_acceleration(motion, group, alternative.kept);
   } catch (const Undecided&) {  // singular equations
+    step_.load(x, t);
+    if (is_refuted_as_redundant(group, slip_sign, alternative.modes)) alternative.sign = Sign::negative;
   }
+  if (alternative.sign == Sign::negative) return;
+  if (has_no_acceleration_of_rest) alternative.kept = group.pushed;
+  step_.load(x, t);
+  set_reaching(group, slip_sign, alternative);
 }
 
 /// Whether a combination differs from a proven one only in that contacts without force are open.
@@ -118,6 +131,11 @@ bool Decisions::has_same_motion(const ModeAlternative& open, const ModeAlternati
     if (open.modes[i] != Mode::open || std::ranges::count(proven.idle, static_cast<int>(i)) == 0) return false;
   }
   return true;
+}
+
+/// Whether (3) says so.
+bool Decisions::has_same_motion_kept(const ModeAlternative& one, const ModeAlternative& other) {
+  return one.has_one_motion && other.has_one_motion && one.kept == other.kept && one.reaching == other.reaching;
 }
 
 /// Slip from rest of the candidates in space that exchange no momentum with others: their directions do not depend on
@@ -151,20 +169,52 @@ std::map<int, SlipDirections> Decisions::slips_from_rest(const std::vector<Ball>
   return slips;
 }
 
-void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
-                             const std::vector<int>& slip_sign, ContactStates& states) {
-  states.starting.clear();
-  const ContactStates before = states;
-  for (auto& part : independent_parts(scene_, with_closed(candidates, before.modes), p_)) {
-    std::erase_if(part, [&](int i) { return std::ranges::count(candidates, i) == 0; });
-    if (!part.empty()) decide_part(x, t, part, slip_sign, before, states);
+std::vector<Decisions::Group> Decisions::groups_of(const std::vector<Ball>& x, const Ball& t,
+                                                   const std::vector<int>& candidates, const ContactStates& states) {
+  std::vector<int> all = candidates;
+  for (int j = 0; j < scene_.n_c(); ++j) {
+    if (states.modes[j] != Mode::open && std::ranges::count(candidates, j) == 0) all.push_back(j);
   }
+  const std::vector<int> labels = momentum_groups(scene_, all, p_).of_contact;
+  std::map<int, Group> groups;
+  std::vector<int> order;
+  for (std::size_t k = 0; k < candidates.size(); ++k) {
+    if (groups.count(labels[k]) == 0) order.push_back(labels[k]);
+    groups[labels[k]].candidates.push_back(candidates[k]);
+  }
+  step_.load(x, t);
+  std::vector<Group> result;
+  for (const int label : order) {
+    Group& group = groups[label];
+    std::vector<int> members;  // with those that are no candidates
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      if (labels[k] == label) members.push_back(all[k]);
+    }
+    group.pushed = pushed_coordinates(scene_, members, p_);
+    std::ranges::copy_if(group.pushed, std::back_inserter(group.resting),
+                         [&](int k) { return x[scene_.n + k].is_zero(); });
+    result.push_back(std::move(group));
+  }
+  return result;
 }
 
-/// Modes of candidates that move independently of all others, whose modes are those of `before`.
-void Decisions::decide_part(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
-                            const std::vector<int>& slip_sign, const ContactStates& before, ContactStates& states) {
-  const auto slips = slips_from_rest(x, t, candidates, slip_sign, before);
+void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
+                             const std::vector<int>& slip_sign, ContactStates& states) {
+  if (candidates.empty()) return;
+  const auto slips = slips_from_rest(x, t, candidates, slip_sign, states);
+  const std::vector<Group> groups = groups_of(x, t, candidates, states);
+  for (const int i : candidates) {
+    states.modes[i] = Mode::open;
+    std::erase_if(states.left_out, [&](const auto& force) { return force.first.first == i; });
+  }
+  states.starting.clear();
+  for (const Group& group : groups) decide_group(x, t, group, slip_sign, slips, states);
+}
+
+void Decisions::decide_group(const std::vector<Ball>& x, const Ball& t, const Group& group,
+                             const std::vector<int>& slip_sign, const std::map<int, SlipDirections>& slips,
+                             ContactStates& states) {
+  const std::vector<int>& candidates = group.candidates;
   std::vector<std::vector<Mode>> options;
   for (const int i : candidates) {
     options.push_back(mode_options(i, slip_sign[i]));
@@ -177,22 +227,40 @@ void Decisions::decide_part(const std::vector<Ball>& x, const Ball& t, const std
   }
   Combinations combination(std::move(options));
   ModeAlternative best;
-  std::vector<ModeAlternative> undecided;
+  best.left_out = states.left_out;
+  std::vector<ModeAlternative> left;
   Verdict verdict;
   do {
     limit_.check();
     ModeAlternative next;
-    next.modes = before.modes;
+    next.modes = states.modes;
+    next.left_out = states.left_out;
     for (std::size_t k = 0; k < candidates.size(); ++k) {
       next.modes[candidates[k]] = combination[k];
       if (combination[k] == Mode::slip && slips.count(candidates[k]) > 0)
         next.starting[candidates[k]] = slips.at(candidates[k]).slip;
     }
     next.name = names(candidates, combination);
-    check_alternative(x, t, candidates, slip_sign, next);
-    if (next.sign == Sign::unknown) undecided.push_back(next);
-    if (next.sign == Sign::positive && verdict.add(next.sign, next.name)) best = next;
+    check_alternative(x, t, group, slip_sign, next);
+    if (next.sign == Sign::negative) continue;
+    left.push_back(std::move(next));
   } while (combination.next());
+  std::vector<ModeAlternative> undecided;
+  while (!left.empty()) {  // combinations with the same motion
+    const ModeAlternative first = left.front();
+    const auto others = std::ranges::partition(
+        left, [&](const auto& next) { return next.name != first.name && !has_same_motion_kept(first, next); });
+    const auto proven = std::ranges::find(others, Sign::positive, &ModeAlternative::sign);
+    ModeAlternative one = proven != others.end() ? *proven : first;
+    left.erase(others.begin(), others.end());
+    if (proven == others.end() && one.has_one_motion && find_forces(x, t, group, slip_sign, one))
+      one.sign = Sign::positive;
+    if (one.sign == Sign::unknown) {
+      undecided.push_back(std::move(one));
+    } else if (verdict.add(one.sign, one.name)) {
+      best = std::move(one);
+    }
+  }
   for (const auto& alternative : undecided) {
     if (best.modes.empty() || !has_same_motion(alternative, best)) verdict.add(Sign::unknown, alternative.name);
   }
@@ -204,6 +272,7 @@ void Decisions::decide_part(const std::vector<Ball>& x, const Ball& t, const std
   }
   verdict.require_one("modes");
   states.starting.insert(best.starting.begin(), best.starting.end());
+  states.left_out = best.left_out;
   for (const int i : candidates) {
     const Mode mode = best.modes[i];
     states.modes[i] = mode;

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "reference/certified/friction_in_space.h"
+#include "reference/certified/redundant_rows.h"
 #include "reference/certified/taylor_step.h"
 
 /// @file
@@ -21,6 +22,7 @@ struct ContactStates {
   /// be looked for in this step.
   std::vector<char> gap_is_bounded_only;
   std::map<int, std::array<Ball, 2>> starting;  ///< contacts in space whose slip begins, with dv_t/dt
+  LeftOut left_out;                             ///< forces of redundant contacts that are constant
 
   explicit ContactStates(int n_c)
       : modes(n_c, Mode::open), vanishing_gap(n_c), vanishing_slip(n_c), gap_is_bounded_only(n_c) {}
@@ -62,6 +64,8 @@ struct ImpactOutcome {
   std::vector<Mode> modes;     ///< of the candidates: open (no impulse), closed, stick, slip+, slip-
   std::vector<Ball> velocity;  ///< v+, n
   std::vector<Ball> Lambda_n;  ///< of all contacts [N s]
+  std::vector<Ball> rebound;   ///< of the candidates: w+
+  std::vector<Ball> slip;      ///< of the candidates in the plane: v_t+
 };
 
 /// The contacts of a scene at t = 0 that are closed, or about to be.
@@ -89,9 +93,21 @@ class Decisions {
   /// In space, slip_directions() decides slip from rest of a contact that exchanges no momentum with others.
   /// If a left-hand side is exactly zero, its first derivative that is not zero decides. A combination whose forces
   /// are zero by their formulas has the same motion as the one with these contacts open; both are one alternative.
+  /// Contacts that exchange no momentum are decided one group after the other.
   ///
-  /// The combinations of independent_parts() are decided one part after the other: those of all candidates are their
-  /// products, and (1) of a contact depends on the modes of its part alone.
+  /// Combinations with redundant rows are refuted as a RedundantRow, or they have the same motion as others. Let C be the
+  /// coordinates of a group. Rows of closed and of sticking contacts whose formulas do not depend on time, and in which
+  /// all entries outside of S are zero by their formulas, keep v_S = 0 if they have full rank on S and v_S = 0 now. Of two
+  /// contacts with the same slip velocity that slip in opposite directions, the row of slip is one of them. With T the
+  /// rest of C,
+  ///
+  ///     M_TT a_T - sum_j c_T,j lambda_j = f_T,   d/dt w_j = 0                                                     (3)
+  ///
+  /// with the contacts j that reach T; coordinates of the normals of those whose friction does belong to T. If (3) is regular, S and the modes of these contacts determine the motion; others
+  /// that touch keep their gap. T rests, too, if v_T = 0 and a_T = 0 exactly, and a_T depends on q_C and v_C only.     (4)
+  ///
+  /// Combinations with the same motion are one alternative. It is proven if some forces satisfy (1): those of independent
+  /// rows, with all other forces constant. These stay left out as long as the modes last.
   ///
   /// @param slip_sign  of v_t, of all contacts; 0 where it is exactly zero
   /// @throws Undecided, Unsupported
@@ -103,7 +119,9 @@ class Decisions {
   ///
   ///     0 <= w+ + eps_r w-  _|_  Lambda_n >= 0,   |Lambda_t| <= mu Lambda_n against v_t+                          (2)
   ///
-  /// with w- = 0 for those that are `closed` before. @throws Undecided, Unsupported
+  /// with w- = 0 for those that are `closed` before. A left-hand side that is exactly zero satisfies (2). Combinations
+  /// with the same v+ are one outcome: those that differ in contacts whose impulses are exactly zero, and those with
+  /// v+ = 0 because of the rows of closed and sticking contacts. @throws Undecided, Unsupported
   ImpactOutcome decide_impact(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
                               const std::vector<char>& closed);
 
@@ -121,28 +139,72 @@ class Decisions {
   void open_contact(const std::vector<Ball>& x, const Ball& t, int contact, ContactStates& states);
   /// The sticking force of `event` reaches the friction cone: the contact slips.
   void begin_slip(const std::vector<Ball>& x, const Ball& t, const EventFunction& event, ContactStates& states);
-  /// The slip of a contact vanishes. @returns the kind of event: slip_to_stick, slip_reversal or slip_end
-  std::string end_slip(const std::vector<Ball>& x, const Ball& t, int contact, ContactStates& states);
+  /// The slip of a contact, and of those with the same slip, vanishes. @returns the kind of event: slip_to_stick, slip_reversal or slip_end
+  std::string end_slip(const std::vector<Ball>& x, const Ball& t, const EventFunction& event, ContactStates& states);
+
+  // Zeros of the state that contacts imply (exact_zeros.cpp).
+
+  /// Contacts at a state: those that touch, those with v_n = 0, and those with v_t = 0.
+  struct ContactZeros {
+    std::vector<int> touching, resting, sticking;
+  };
+  /// Narrows `x` to what contacts imply. With g(x) = 0 for the gaps that touch, and J = dg/dq, coordinates S are zero if
+  ///
+  ///     J = 0 outside of S, of full rank on S, for all members of x, and g = 0 exactly with q_S = 0              (5)
+  ///
+  /// since 0 = g(q) - g(q with q_S = 0) = J~ q_S by the mean value theorem, where J~ is a member of the balls of J.
+  /// Velocities are zero where rows with J' v = 0 lock them. @param x  2n
+  void narrow(std::vector<Ball>& x, const Ball& t, const ContactZeros& zeros);
+  /// The zeros of the contacts that are closed.
+  ContactZeros zeros_of(const ContactStates& states) const;
 
   /// Sticking contacts in space that are coupled with others: slip in any direction is not refuted for them.
   const std::vector<int>& sticking_in_space() const { return sticking_in_space_; }
 
  private:
+  void require_determined_forces(int contact, const ContactStates& states) const;
   std::vector<Mode> mode_options(int contact, int slip_sign) const;
-  void decide_part(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
-                   const std::vector<int>& slip_sign, const ContactStates& before, ContactStates& states);
   Sign check_modes(const std::vector<int>& candidates, const std::vector<int>& slip_sign, const ModeMotion& motion,
-                   int order);
+                   int order, bool first_only);
   /// Modes that are proven or undecided, and contacts without friction whose force is zero by its formula.
   struct ModeAlternative {
     Sign sign = Sign::unknown;
     std::vector<Mode> modes;
     std::map<int, std::array<Ball, 2>> starting;
+    LeftOut left_out;
     std::vector<int> idle;
+    std::vector<int> kept;        ///< S, ascending
+    std::vector<Mode> reaching;   ///< the modes of candidates that reach T, others as open
+    bool has_one_motion = false;  ///< S and `reaching` determine it
     std::string name;
   };
-  void check_alternative(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
+  /// Contacts that exchange momentum, about which one decision is made.
+  struct Group {
+    std::vector<int> candidates;
+    std::vector<int> pushed;   ///< coordinates C
+    std::vector<int> resting;  ///< those of C with v = 0 exactly
+  };
+  std::vector<Group> groups_of(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
+                               const ContactStates& states);
+  void decide_group(const std::vector<Ball>& x, const Ball& t, const Group& group, const std::vector<int>& slip_sign,
+                    const std::map<int, SlipDirections>& slips, ContactStates& states);
+  void check_alternative(const std::vector<Ball>& x, const Ball& t, const Group& group,
                          const std::vector<int>& slip_sign, ModeAlternative& alternative);
+  // redundant_contacts.cpp
+  bool depends_on_others(const ModeMotion& motion, const Group& group, bool with_time) const;
+  bool is_refuted_as_redundant(const Group& group, const std::vector<int>& slip_sign, const std::vector<Mode>& modes);
+  std::vector<int> kept_at_rest(const Group& group, const std::vector<Mode>& modes);
+  void set_reaching(const Group& group, const std::vector<int>& slip_sign, ModeAlternative& alternative);
+  bool has_no_acceleration(const ModeMotion& motion, const Group& group, const std::vector<int>& kept);
+  /// Unknowns, those of sticking first, and inequalities (1) as forms of accelerations and forces.
+  std::vector<LinearForm> inequalities(const Group& group, const std::vector<int>& slip_sign,
+                                       const std::vector<Mode>& modes, const ModeSystem& system,
+                                       std::vector<std::size_t>& order);
+  bool satisfies(const std::vector<Ball>& x, const Ball& t, const Group& group, const std::vector<int>& slip_sign,
+                 const ModeAlternative& alternative, const std::vector<Mode>& with_rows);
+  bool find_forces(const std::vector<Ball>& x, const Ball& t, const Group& group, const std::vector<int>& slip_sign,
+                   ModeAlternative& alternative);
+  static bool has_same_motion_kept(const ModeAlternative& one, const ModeAlternative& other);
   static bool has_same_motion(const ModeAlternative& open, const ModeAlternative& proven);
   std::string names(const std::vector<int>& candidates, const Combinations& combination) const;
   std::map<int, SlipDirections> slips_from_rest(const std::vector<Ball>& x, const Ball& t,

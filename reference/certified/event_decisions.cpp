@@ -57,22 +57,32 @@ StartingContacts Decisions::contacts_at_start(ContactStates& states) {
 
 ImpactOutcome Decisions::strike(std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
                                 const std::vector<char>& closed, ContactStates& states) {
-  ImpactOutcome outcome = decide_impact(x, t, candidates, closed);
+  ContactZeros before = zeros_of(states);
+  before.touching = candidates;
+  for (int i = 0; i < scene_.n_c(); ++i) {
+    if (states.modes[i] != Mode::open && std::ranges::count(candidates, i) == 0) before.touching.push_back(i);
+  }
+  std::vector<Ball> narrow_x = x;
+  narrow(narrow_x, t, before);
+  ImpactOutcome outcome = decide_impact(narrow_x, t, candidates, closed);
   std::vector<int> resting, slip_sign(scene_.n_c(), 0);
   for (std::size_t k = 0; k < candidates.size(); ++k) {
     const int i = candidates[k];
     const ContactFormulas& contact = scene_.contacts[i];
     states.modes[i] = Mode::open;
-    const bool stays = closed[i] || contact.is_bilateral || contact.eps_r.is_zero();
-    if (outcome.modes[k] == Mode::open || !stays) {
+    if (!outcome.rebound[k].is_zero()) {
       states.vanishing_gap[i] = 1;
       continue;
     }
     resting.push_back(i);
     slip_sign[i] = slip_sign_of(outcome.modes[k]);
+    if (contact.n_t() != 1) continue;
+    slip_sign[i] = static_cast<int>(outcome.slip[k].sign());
+    if (slip_sign[i] == 0 && !outcome.slip[k].is_zero()) throw Undecided("slip after an impact of " + contact.name);
   }
   std::ranges::copy(outcome.velocity, x.begin() + scene_.n);
-  decide_modes(x, t, resting, slip_sign, states);
+  std::ranges::copy(outcome.velocity, narrow_x.begin() + scene_.n);
+  decide_modes(narrow_x, t, resting, slip_sign, states);
   return outcome;
 }
 
@@ -89,38 +99,57 @@ ImpactOutcome Decisions::close_gaps(std::vector<Ball>& x, const Ball& t, const s
   return strike(x, t, candidates, closed, states);
 }
 
+/// Forces of redundant contacts are some of many: that one reaches a limit decides nothing.
+void Decisions::require_determined_forces(int contact, const ContactStates& states) const {
+  for (const int j : coupled_contacts(scene_, states.modes, {contact}, p_)) {
+    if (states.left_out.count({j, -1}) > 0 || states.left_out.count({j, 0}) > 0)
+      throw Unsupported("a force of redundant contacts reaches a limit: " + scene_.contacts[contact].name);
+  }
+}
+
 void Decisions::open_contact(const std::vector<Ball>& x, const Ball& t, int i, ContactStates& states) {
+  require_determined_forces(i, states);
   const ContactFormulas& contact = scene_.contacts[i];
   states.modes[i] = Mode::open;
   states.vanishing_gap[i] = 3;
   step_.load(x, t);
-  step_.expand(mode_motion(scene_, states.modes, p_), 3);
+  step_.expand(mode_motion(scene_, states.modes, p_, {}, states.left_out), 3);
   if (Ball(p_.coefficient(contact.gap, 3)).sign() != Sign::positive)
     throw Undecided("detach of " + contact.name + ": the third derivative of the gap is undecided");
 }
 
 void Decisions::begin_slip(const std::vector<Ball>& x, const Ball& t, const EventFunction& event,
                            ContactStates& states) {
+  require_determined_forces(event.contact, states);
   const ContactFormulas& contact = scene_.contacts[event.contact];
   if (contact.n_t() == 2) throw Unsupported("slip in space begins from rest: " + contact.name);
   const bool plus = event.side < 0;  // friction acts against slip
   states.modes[event.contact] = plus ? Mode::slip_plus : Mode::slip_minus;
   states.vanishing_slip[event.contact] = 2;
   step_.load(x, t);
-  step_.expand(mode_motion(scene_, states.modes, p_), 2);
+  step_.expand(mode_motion(scene_, states.modes, p_, {}, states.left_out), 2);
   const Ball rate(p_.coefficient(contact.v_t[0], 2));
   if ((plus ? rate : -rate).sign() != Sign::positive)
     throw Undecided("end of sticking of " + contact.name + ": the second derivative of the slip velocity is undecided");
 }
 
-std::string Decisions::end_slip(const std::vector<Ball>& x, const Ball& t, int i, ContactStates& states) {
+std::string Decisions::end_slip(const std::vector<Ball>& x, const Ball& t, const EventFunction& event,
+                                ContactStates& states) {
+  const int i = event.contact;
   if (scene_.contacts[i].n_t() == 2) throw Unsupported("slip in space ends: " + scene_.contacts[i].name);
   const std::vector<int> candidates = coupled_contacts(scene_, states.modes, {i}, p_);
   std::vector<int> slip_sign(scene_.n_c(), 0);
+  ContactZeros zeros = zeros_of(states);
   for (const int j : candidates) {
-    if (j != i) slip_sign[j] = slip_sign_of(states.modes[j]);
+    const bool ends = j == i || std::ranges::count(event.with, j) > 0;
+    if (ends)
+      zeros.sticking.push_back(j);
+    else
+      slip_sign[j] = slip_sign_of(states.modes[j]);
   }
-  decide_modes(x, t, candidates, slip_sign, states);
+  std::vector<Ball> narrow_x = x;
+  narrow(narrow_x, t, zeros);
+  decide_modes(narrow_x, t, candidates, slip_sign, states);
   const Mode after = states.modes[i];
   return after == Mode::stick ? "slip_to_stick" : after == Mode::open ? "slip_end" : "slip_reversal";
 }

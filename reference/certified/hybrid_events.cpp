@@ -23,7 +23,7 @@ void HybridMotion::handle(const EventFunction& event) {
       record("detach", contact);
       break;
     case EventKind::slip_end:
-      record(decisions_.end_slip(set_.box(), t_, event.contact, states_), contact);
+      record(decisions_.end_slip(set_.box(), t_, event, states_), contact);
       break;
     case EventKind::cone:
       decisions_.begin_slip(set_.box(), t_, event, states_);

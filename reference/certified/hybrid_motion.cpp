@@ -16,6 +16,7 @@ constexpr double kShortFlight = 1e-3;  // of a step, so that a root is hard to f
 constexpr double kFlights = 3;         // length of the step then
 constexpr slong kRoomBits = 6;         // of balls in a certificate, beyond rounding
 constexpr int kRemainderRoom = 2;      // bits
+constexpr slong kImpulseShare = 4;     // of impulses in a certificate: 2^-4 of the radius
 
 std::string short_text(const Ball& ball) {
   char* const text = arb_get_str(ball.get(), 12, ARB_STR_NO_RADIUS);
@@ -92,7 +93,7 @@ void HybridMotion::begin() {
 
 void HybridMotion::begin_motion() {
   taylor_.load(set_.box(), t_);
-  motion_ = mode_motion(scene_, states_.modes, p_, states_.starting);
+  motion_ = mode_motion(scene_, states_.modes, p_, states_.starting, states_.left_out);
   if (!states_.starting.empty()) result_.no_certificate = "slip in space begins from rest";
   set_.begin(motion_);
   for (const int i : decisions_.sticking_in_space()) {
@@ -347,7 +348,8 @@ void HybridMotion::record(const std::string& kind, const std::string& contact, c
   event.contact = contact;
   event.modes = names_of(states_.modes);
   event.grade = result_.grade;
-  for (const Ball& impulse : Lambda_n) {
+  for (Ball impulse : Lambda_n) {
+    if (options_.with_steps && !impulse.is_zero()) widen(impulse, p_.precision().bits, kImpulseShare);
     const Decimal d = decimal(impulse, options_.digits + kSpareDigits);
     event.Lambda_n.push_back({d.text, d.radius, d.decimals});
   }

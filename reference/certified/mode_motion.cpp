@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "problems/disjoint_sets.h"
+#include "reference/certified/redundant_rows.h"
 
 namespace ricochet::reference::certified {
 
@@ -28,8 +29,9 @@ namespace {
 /// Builds one ModeMotion.
 class ModeEquations {
  public:
-  ModeEquations(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program)
-      : scene_(scene), modes_(modes), p_(program) {}
+  ModeEquations(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program,
+                const LeftOut& left_out = {})
+      : scene_(scene), modes_(modes), p_(program), left_out_(left_out), push_(scene.n, program.number(0)) {}
 
   void start_slip(int contact, const std::array<Ball, 2>& first) {
     SlipStart start{{p_.state(), p_.state()}, {}, first};
@@ -37,13 +39,24 @@ class ModeEquations {
     motion_.starts[contact] = start;
   }
 
+  ModeSystem system() {
+    add_unknowns();
+    ModeSystem system;
+    system.unknowns = unknowns_;
+    for (const auto& row : matrix()) {
+      system.A.emplace_back();
+      for (const Node entry : row) system.A.back().push_back(p_.value_of(entry));
+      system.b.push_back(system.A.back().back());
+      system.A.back().pop_back();
+    }
+    return system;
+  }
+
   ModeMotion derive() {
     for (int i = 0; i < scene_.n_c(); ++i) {
-      if (modes_[i] != Mode::open) add_normal(i);
+      if (modes_[i] == Mode::stick) motion_.friction[i].resize(scene_.contacts[i].n_t());
     }
-    for (int i = 0; i < scene_.n_c(); ++i) {
-      if (modes_[i] == Mode::stick) add_friction(i);
-    }
+    add_unknowns();
     const std::vector<Node> solution = eliminate();
     motion_.acceleration.assign(solution.begin(), solution.begin() + scene_.n);
     for (std::size_t j = 0; j < unknowns_.size(); ++j) {
@@ -52,7 +65,7 @@ class ModeEquations {
       if (direction < 0)
         motion_.normal_force[contact] = force;
       else
-        motion_.friction[contact].push_back(force);
+        motion_.friction[contact][direction] = force;
     }
     for (auto& [contact, start] : motion_.starts) {
       for (int d = 0; d < 2; ++d) {
@@ -60,17 +73,22 @@ class ModeEquations {
         start.rate[d] = p_.add(bias(formulas.v_t[d]), p_.dot(formulas.J_t[d], motion_.acceleration));
       }
     }
+    find_equal_velocities();
     for (int i = 0; i < scene_.n_c(); ++i) add_events(i);
     collect_schedule();
     return std::move(motion_);
   }
 
  private:
-  /// d/dt of a rate w(q, v, t) without the part with accelerations: sum_k dw/dq_k v_k + dw/dt.
-  Node bias(Node rate) {
-    Node sum = p_.derivative(rate, scene_.clock);
-    for (int k = 0; k < scene_.n; ++k) sum = p_.add(sum, p_.mul(p_.derivative(rate, scene_.q[k]), scene_.v[k]));
-    return sum;
+  Node bias(Node rate) { return bias_of(rate, scene_, p_); }
+
+  void add_unknowns() {
+    for (int i = 0; i < scene_.n_c(); ++i) {
+      if (modes_[i] != Mode::open) add_normal(i);
+    }
+    for (int i = 0; i < scene_.n_c(); ++i) {
+      if (modes_[i] == Mode::stick) add_friction(i);
+    }
   }
 
   void add_normal(int i) {
@@ -101,26 +119,38 @@ class ModeEquations {
     for (int d = 0; d < contact.n_t(); ++d) add_unknown({i, d}, contact.J_t[d], contact.J_t[d], contact.v_t[d]);
   }
 
-  void add_unknown(std::pair<int, int> label, const std::vector<Node>& column, const std::vector<Node>& row,
-                   Node rate) {
+  void add_unknown(Unknown label, const std::vector<Node>& column, const std::vector<Node>& row, Node rate) {
+    if (const auto left_out = left_out_.find(label); left_out != left_out_.end()) {
+      const Node force = p_.constant(Ball(left_out->second));
+      (label.second < 0 ? motion_.normal_force[label.first] : motion_.friction[label.first][label.second]) = force;
+      for (int r = 0; r < scene_.n; ++r) push_[r] = p_.add(push_[r], p_.mul(column[r], force));
+      return;
+    }
     unknowns_.push_back(label);
     columns_.push_back(column);
     rows_.push_back(row);
     right_.push_back(p_.neg(bias(rate)));
   }
 
-  std::vector<Node> eliminate() {
+  /// Equations (1) to (3), the right-hand side last.
+  std::vector<std::vector<Node>> matrix() {
     const int n = scene_.n, m = static_cast<int>(unknowns_.size()), size = n + m;
     std::vector<std::vector<Node>> A(size, std::vector<Node>(size + 1, p_.number(0)));
     for (int r = 0; r < n; ++r) {
       for (int c = 0; c < n; ++c) A[r][c] = scene_.M[r][c];
       for (int c = 0; c < m; ++c) A[r][n + c] = p_.neg(columns_[c][r]);
-      A[r][size] = scene_.f[r];
+      A[r][size] = p_.add(scene_.f[r], push_[r]);
     }
     for (int r = 0; r < m; ++r) {
       for (int c = 0; c < n; ++c) A[n + r][c] = rows_[r][c];
       A[n + r][size] = right_[r];
     }
+    return A;
+  }
+
+  std::vector<Node> eliminate() {
+    std::vector<std::vector<Node>> A = matrix();
+    const int size = static_cast<int>(A.size());
     for (int i = 0; i < size; ++i) eliminate_column(A, i);
     std::vector<Node> solution(size);
     for (int i = size - 1; i >= 0; --i) {
@@ -162,18 +192,51 @@ class ModeEquations {
     const Node force = motion_.normal_force[i];
     // A force that is zero by its formula pushes as little as an open contact; it never pulls.
     if (!contact.is_bilateral && !p_.is_zero(force)) events.push_back({force, EventKind::detach, i});
-    if (modes_[i] == Mode::slip_plus) events.push_back({contact.v_t[0], EventKind::slip_end, i});
-    if (modes_[i] == Mode::slip_minus) events.push_back({p_.neg(contact.v_t[0]), EventKind::slip_end, i});
+    if (modes_[i] == Mode::slip_plus) add_slip_end(i, slip_velocity(i));
+    if (modes_[i] == Mode::slip_minus) add_slip_end(i, p_.neg(slip_velocity(i)));
     if (modes_[i] == Mode::slip) events.push_back({p_.dot(slip_of(i), slip_of(i)), EventKind::slip_end, i});
     if (modes_[i] != Mode::stick) return;
     const Node bound = p_.mul(p_.constant(contact.mu), force);
     const auto& friction = motion_.friction[i];
+    if (p_.is_zero(bound) && p_.is_zero(friction[0])) return;  // no force acts
     if (contact.n_t() == 1) {
       events.push_back({p_.sub(bound, friction[0]), EventKind::cone, i, 1});
       events.push_back({p_.add(bound, friction[0]), EventKind::cone, i, -1});
     } else {
       events.push_back({p_.sub(p_.mul(bound, bound), p_.dot(friction, friction)), EventKind::cone, i});
     }
+  }
+
+  /// Velocities that are zero, or the same, as long as the modes last.
+  void find_equal_velocities() {
+    velocity_ = scene_.v;
+    const std::vector<int> locked = locked_by(scene_, modes_, true, p_);
+    DisjointSets same(scene_.n);
+    for (int i = 0; i < scene_.n_c() && !locked.empty(); ++i) {
+      const ContactFormulas& contact = scene_.contacts[i];
+      if (modes_[i] == Mode::open || !is_at_rest_with_its_bodies(scene_, i, p_)) continue;
+      std::vector<int> left;
+      for (int k = 0; k < scene_.n; ++k) {
+        if (!p_.is_zero(contact.J_n[k]) && std::ranges::count(locked, k) == 0) left.push_back(k);
+      }
+      if (left.size() != 2 || p_.value_of(contact.J_n[left[0]]).sign() == Sign::unknown) continue;
+      if (std::ranges::count(contact.opposite_slopes, std::pair(left[0], left[1])) > 0) same.join(left[0], left[1]);
+    }
+    for (int k = 0; k < scene_.n; ++k) velocity_[k] = scene_.v[same.of(k)];
+    for (const int k : locked) velocity_[k] = p_.number(0);
+  }
+
+  /// The slip velocity with these velocities, if it does not depend on time.
+  Node slip_velocity(int i) {
+    const ContactFormulas& contact = scene_.contacts[i];
+    return is_at_rest_with_its_bodies(scene_, i, p_) ? p_.dot(contact.J_t[0], velocity_) : contact.v_t[0];
+  }
+
+  void add_slip_end(int i, Node slip) {
+    for (EventFunction& event : motion_.events) {
+      if (event.kind == EventKind::slip_end && event.node == slip) return event.with.push_back(i);
+    }
+    motion_.events.push_back({slip, EventKind::slip_end, i});
   }
 
   void collect_schedule() {
@@ -200,7 +263,10 @@ class ModeEquations {
   const std::vector<Mode>& modes_;
   SeriesProgram& p_;
   ModeMotion motion_;
-  std::vector<std::pair<int, int>> unknowns_;  ///< contact, and direction or -1 for the normal
+  const LeftOut left_out_;
+  std::vector<Node> push_;      ///< n, by forces that are left out
+  std::vector<Node> velocity_;  ///< v, see find_equal_velocities()
+  std::vector<Unknown> unknowns_;
   std::vector<std::vector<Node>> columns_, rows_;
   std::vector<Node> right_;
 };
@@ -208,10 +274,80 @@ class ModeEquations {
 }  // namespace
 
 ModeMotion mode_motion(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program,
-                       const std::map<int, std::array<Ball, 2>>& starting) {
-  ModeEquations equations(scene, modes, program);
+                       const std::map<int, std::array<Ball, 2>>& starting, const LeftOut& left_out) {
+  ModeEquations equations(scene, modes, program, left_out);
   for (const auto& [contact, first] : starting) equations.start_slip(contact, first);
   return equations.derive();
+}
+
+Node bias_of(Node rate, const SceneFormulas& scene, SeriesProgram& p) {
+  Node sum = p.derivative(rate, scene.clock);
+  for (int k = 0; k < scene.n; ++k) sum = p.add(sum, p.mul(p.derivative(rate, scene.q[k]), scene.v[k]));
+  return sum;
+}
+
+ModeSystem mode_system(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program) {
+  return ModeEquations(scene, modes, program).system();
+}
+
+bool is_at_rest_with_its_bodies(const SceneFormulas& scene, int i, SeriesProgram& program) {
+  const ContactFormulas& contact = scene.contacts[i];
+  for (int d = 0; d < contact.n_t(); ++d) {
+    if (contact.v_t[d] != program.dot(contact.J_t[d], scene.v)) return false;
+    for (const Node entry : contact.J_t[d]) {
+      if (!program.is_zero(program.derivative(entry, scene.clock))) return false;
+    }
+  }
+  return program.is_zero(program.derivative(contact.gap, scene.clock));
+}
+
+std::vector<int> locked_by(const SceneFormulas& scene, const std::vector<Mode>& modes, bool by_formulas,
+                           SeriesProgram& program) {
+  struct Row {
+    const std::vector<Node>* nodes;
+    std::vector<Ball> values;
+  };
+  std::vector<Row> rows;
+  for (int i = 0; i < scene.n_c(); ++i) {
+    if (modes[i] == Mode::open || !is_at_rest_with_its_bodies(scene, i, program)) continue;
+    const ContactFormulas& contact = scene.contacts[i];
+    rows.push_back({&contact.J_n, {}});
+    for (const auto& direction : contact.J_t) {
+      if (modes[i] == Mode::stick) rows.push_back({&direction, {}});
+    }
+  }
+  BallMatrix values;
+  for (Row& row : rows) {
+    for (const Node node : *row.nodes) row.values.push_back(program.value_of(node));
+    values.push_back(row.values);
+  }
+  std::vector<int> locked = locked_coordinates(values, program.precision());
+  while (by_formulas && !locked.empty()) {
+    const auto stays = [&](const Row& row) {
+      for (std::size_t k = 0; k < row.nodes->size(); ++k) {
+        if (!program.is_zero((*row.nodes)[k]) && std::ranges::count(locked, static_cast<int>(k)) == 0) return false;
+      }
+      return true;
+    };
+    values.clear();
+    for (const Row& row : rows) {
+      if (stays(row)) values.push_back(row.values);
+    }
+    const std::vector<int> rest = locked_coordinates(values, program.precision());
+    if (rest == locked) break;
+    locked = rest;
+  }
+  return locked;
+}
+
+std::vector<int> pushed_coordinates(const SceneFormulas& scene, const std::vector<int>& contacts,
+                                    const SeriesProgram& program) {
+  const MomentumGroups groups = momentum_groups(scene, contacts, program);
+  std::vector<int> pushed;
+  for (int k = 0; k < scene.n; ++k) {
+    if (std::ranges::count(groups.of_contact, groups.of_coordinate[k]) > 0) pushed.push_back(k);
+  }
+  return pushed;
 }
 
 namespace {

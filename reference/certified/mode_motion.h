@@ -3,8 +3,10 @@
 #include <array>
 #include <map>
 #include <string>
+#include <utility>
 #include <vector>
 
+#include "reference/certified/ball_matrix.h"
 #include "reference/certified/scene_formulas.h"
 
 /// @file
@@ -42,8 +44,14 @@ struct EventFunction {
   Node node = -1;
   EventKind kind = EventKind::impact;
   int contact = -1;
-  int side = 1;  ///< cone: sign of lambda_t
+  int side = 1;                ///< cone: sign of lambda_t
+  std::vector<int> with = {};  ///< slip_end: other contacts with the same slip velocity
 };
+
+/// An unknown of the equations: a contact, and a tangent direction or -1 for the normal.
+using Unknown = std::pair<int, int>;
+/// Unknowns that are left out together with their rows, and the constant forces that they have [N].
+using LeftOut = std::map<Unknown, double>;
 
 /// Slip in space that begins from rest, v_t = t w(t). Its direction is w / |w|, also at the beginning.
 struct SlipStart {
@@ -58,7 +66,12 @@ struct SlipStart {
 ///     d/dt v_n = 0 of every contact that is closed, with the column c = J_n, or J_n -+ mu J_t while it slips      (2)
 ///     d/dt v_t = 0 of every contact that sticks, with the column c = J_t                                          (3)
 ///
-/// which are eliminated symbolically. Gaps and rates that are zero at the beginning stay zero.
+/// which are eliminated symbolically. Gaps and rates that are zero at the beginning stay zero. Of redundant contacts,
+/// some unknowns are left out together with their rows: their forces are constant, mostly zero.
+///
+/// Rows whose entries are zero by their formulas outside of some coordinates S, and which have full rank there, keep
+/// v_S = 0 as long as the modes last. If then a row of a normal has two entries left, which are opposite by their formulas,
+/// v_k = v_l of its coordinates. Slip velocities are taken with these equations, so that equal ones are one formula.
 struct ModeMotion {
   std::vector<Node> acceleration;             ///< n
   std::map<int, Node> normal_force;           ///< of contacts that are closed [N]
@@ -70,9 +83,29 @@ struct ModeMotion {
 
 /// Derives the motion of the `modes`. Pivots are chosen by the current values of the program.
 /// @param starting  dv_t/dt of contacts in space whose slip begins
+/// @param left_out  unknowns of redundant contacts
 /// @throws Undecided if the equations may be singular, as of redundant contacts
 ModeMotion mode_motion(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program,
-                       const std::map<int, std::array<Ball, 2>>& starting = {});
+                       const std::map<int, std::array<Ball, 2>>& starting = {}, const LeftOut& left_out = {});
+
+/// d/dt of a rate w(q, v, t) without the part with accelerations: sum_k dw/dq_k v_k + dw/dt.
+Node bias_of(Node rate, const SceneFormulas& scene, SeriesProgram& program);
+
+/// Equations (1) to (3) at the state in the program, also where they are singular.
+struct ModeSystem {
+  std::vector<Unknown> unknowns;  ///< after the n accelerations
+  BallMatrix A;                   ///< n + unknowns
+  std::vector<Ball> b;
+};
+/// The equations of the `modes`.
+ModeSystem mode_system(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program);
+
+/// Whether the formulas of gap and slip velocities of a contact do not depend on time: df_c/dt = 0, v_t = J_t' v.
+bool is_at_rest_with_its_bodies(const SceneFormulas& scene, int contact, SeriesProgram& program);
+/// Coordinates with v = 0 as long as the modes last, by rows of the normals of closed contacts and of sticking. With
+/// `by_formulas`, entries outside of them must be zero by their formulas; otherwise at the state.
+std::vector<int> locked_by(const SceneFormulas& scene, const std::vector<Mode>& modes, bool by_formulas,
+                           SeriesProgram& program);
 
 /// Sets between which no momentum passes through M and the contacts of a list. Labels are coordinates.
 struct MomentumGroups {
@@ -88,6 +121,10 @@ MomentumGroups momentum_groups(const SceneFormulas& scene, const std::vector<int
 /// do not depend on the modes of the others.
 std::vector<std::vector<int>> independent_parts(const SceneFormulas& scene, const std::vector<int>& contacts,
                                                 const SeriesProgram& program);
+
+/// Coordinates that exchange momentum with one of the `contacts`, ascending.
+std::vector<int> pushed_coordinates(const SceneFormulas& scene, const std::vector<int>& contacts,
+                                    const SeriesProgram& program);
 
 /// `contacts` and all others that are not open.
 std::vector<int> with_closed(std::vector<int> contacts, const std::vector<Mode>& modes);

@@ -330,6 +330,7 @@ class SceneTranslation {
       contact.J_n.push_back(program_.derivative(contact.gap, scene_.q[k]));
       v_n += gap.diff(model_.q[k]) * model_.v[k];
     }
+    read_opposite_slopes(gap, contact);
     contact.v_n = program_.add(program_.dot(contact.J_n, scene_.v), program_.derivative(contact.gap, scene_.clock));
     contact.gap_is_zero = is_zero_at_start(gap);
     contact.v_n_is_zero = is_zero_at_start(v_n);
@@ -349,6 +350,19 @@ class SceneTranslation {
       contact.v_t_is_zero = contact.v_t_is_zero && is_zero_at_start(v_t);
     }
     scene_.contacts.push_back(std::move(contact));
+  }
+
+  void read_opposite_slopes(const ex& gap, ContactFormulas& contact) const {
+    std::vector<int> support;
+    for (int k = 0; k < scene_.n; ++k) {
+      if (!program_.is_zero(contact.J_n[k])) support.push_back(k);
+    }
+    for (const int k : support) {
+      for (const int l : support) {
+        if (k < l && ex(gap.diff(model_.q[k]) + gap.diff(model_.q[l])).expand().is_zero())
+          contact.opposite_slopes.emplace_back(k, l);
+      }
+    }
   }
 
   const Problem& problem_;

@@ -86,9 +86,9 @@ bool HybridMotion::pass_slip_end(int i) {
   last.contact = i;
   std::vector<Mode> modes = states_.modes;
   modes[i] = Mode::open;
-  last.open = mode_motion(scene_, modes, p_);
+  last.open = mode_motion(scene_, modes, p_, {}, states_.left_out);
   modes[i] = Mode::stick;
-  last.sticking = mode_motion(scene_, modes, p_);
+  last.sticking = mode_motion(scene_, modes, p_, {}, states_.left_out);
   last.rates = contact_rates(last.open, contact, scene_, p_);
   last.start = last.box = set_.box();
   try {

@@ -382,8 +382,10 @@ TEST(CertifiedMotion, OpenMotionsStateTheirReason) {
   const std::pair<std::string, const char*> scenes[] = {
       {point_mass("-abs(v[0])", "0", "1", "1"), "a formula bends or jumps: magnitude"},
       {point_mass("if(q[0] > 0, 1, 2)", "0", "1", "1"), "a formula bends or jumps: choose"},
-      {point_mass("-9.81", "0", "0", "1", R"([{"name": "floor", "gap": "q[0]"}, {"name": "twin", "gap": "2*q[0]"}])"),
-       "modes: "},
+      {R"({"q0": ["0", "0.5"], "v0": ["0", "0"], "T": "2", "M": [["1", "0"], ["0", "1"]], "f": ["-9.81", "-9.81"],
+           "contacts": [{"name": "ball", "gap": "q[1]-q[0]", "e": "0.5"}, {"name": "floor", "gap": "q[0]"}]})",
+       "impacts accumulate at t = "},
+      {point_mass("sin(1)**2+cos(1)**2-1", "0", "0", "1", R"([{"name": "floor", "gap": "q[0]"}])"), "modes: "},
       {R"({"q0": ["0.1"], "v0": ["-1"], "T": "1", "M": [["1"]], "f": ["0"], "impact_law": "poisson",
            "contacts": [{"name": "wall", "gap": "q[0]", "e": "1"}]})",
        "impact law poisson"}};
