@@ -82,7 +82,11 @@ void HybridMotion::begin() {
 void HybridMotion::begin_motion() {
   taylor_.load(set_.box(), t_);
   motion_ = mode_motion(scene_, states_.modes, p_, states_.starting);
-  if (!states_.starting.empty()) result_.no_certificate = "slip in space begins from rest";
+  if (std::ranges::count(states_.sticks_at_limit, 1) > 0) result_.no_certificate = "friction in space is at its limit";
+  for (const auto& [contact, onset] : states_.starting) {
+    result_.no_certificate = "slip in space begins from rest";
+    if (onset.order > 1) set_.take_mean_value_form();  // friction is stiff then, and boxes grow
+  }
   set_.begin(motion_);
   for (const int i : decisions_.sticking_in_space()) {
     const std::string text = fmt::format("{} sticks; slip in space from rest is not refuted", scene_.contacts[i].name);
@@ -117,7 +121,7 @@ void HybridMotion::run_to_end() {
     }
     leave_room();
     for (int i = 0; i < scene_.n_c(); ++i) {
-      if (states_.modes[i] == Mode::slip) pass_slip_end(i);
+      if (states_.modes[i] == Mode::slip && states_.starting.count(i) == 0) pass_slip_end(i);
     }
     const Step step = find_step();
     is_last = step.is_last;
@@ -222,6 +226,7 @@ bool HybridMotion::find_events(double h, const Ball& end, Step& step, std::strin
     const bool is_bounded_only = event.kind == EventKind::impact && states_.gap_is_bounded_only[event.contact];
     int vanishing = event.kind == EventKind::impact     ? states_.vanishing_gap[event.contact]
                     : event.kind == EventKind::slip_end ? states_.vanishing_slip[event.contact]
+                    : event.kind == EventKind::cone     ? states_.sticks_at_limit[event.contact]
                                                         : 0;
     vanishing = p_.leading(event.node, vanishing, p_.precision().order);
     BoundedPolynomial f;

@@ -28,16 +28,18 @@ struct Undecided : std::runtime_error {
 
 /// Contact i: gap f_c, J_n = grad f_c, v_n = J_n' v + df_c/dt, v_t = J_t' v + drive.
 struct ContactFormulas {
-  std::string name;                                         ///< as in ContactInfo
-  Ball eps_r, mu;                                           ///< Newton's restitution, Coulomb's friction
-  bool is_bilateral = false;                                ///< a constraint
-  Node gap = -1, v_n = -1;                                  ///< f_c [m], v_n [m/s]
-  std::vector<Node> J_n;                                    ///< n_q
-  std::vector<std::vector<Node>> J_t;                       ///< n_t directions with n_q entries; none without friction
-  std::vector<Node> v_t;                                    ///< n_t slip velocities [m/s]
-  bool gap_is_zero = false;                                 ///< at t = 0, proven by formulas, as are the next two
-  bool v_n_is_zero = false;                                 ///< v_n = 0 at t = 0
-  bool v_t_is_zero = false;                                 ///< v_t = 0 at t = 0, all directions
+  std::string name;                    ///< as in ContactInfo
+  Ball eps_r, mu;                      ///< Newton's restitution, Coulomb's friction
+  bool is_bilateral = false;           ///< a constraint
+  Node gap = -1, v_n = -1;             ///< f_c [m], v_n [m/s]
+  std::vector<Node> J_n;               ///< n_q
+  std::vector<std::vector<Node>> J_t;  ///< n_t directions with n_q entries; none without friction
+  std::vector<Node> v_t;               ///< n_t slip velocities [m/s]
+  bool gap_is_zero = false;            ///< at t = 0, proven by formulas, as are the next two
+  bool v_n_is_zero = false;            ///< v_n = 0 at t = 0
+  bool v_t_is_zero = false;            ///< v_t = 0 at t = 0, all directions
+  /// In space: at t = 0 the contact, alone, can stick with |lambda_t| = mu lambda_n, exactly.
+  bool sticks_at_limit = false;
   int n_t() const { return static_cast<int>(J_t.size()); }  ///< Tangent directions.
 };
 
