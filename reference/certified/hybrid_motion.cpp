@@ -163,15 +163,15 @@ void HybridMotion::advance(const Step& step) {
   states_.moved();
 }
 
-/// Goes on after a window [t, t + w] within which an event of unknown time happens; `box` contains the motion there.
-void HybridMotion::pass_window(const std::vector<Ball>& box, const Ball& w, const std::vector<Mode>& modes,
-                               const std::string& kind, const std::string& contact) {
+/// Goes on after a window [t, t + w], at whose end `box` contains the motion. @param event  it happens until t + event
+void HybridMotion::pass_window(const std::vector<Ball>& box, const Ball& w, const Ball& event,
+                               const std::vector<Mode>& modes, const std::string& kind, const std::string& contact) {
   const Precision& a = p_.precision();
   const Ball begin = t_;
   set_.set_box(box);
   states_.modes = modes;
   states_.moved();
-  t_ = a.add(begin, a.hull(Ball(), w));
+  t_ = a.add(begin, a.hull(Ball(), event));
   record(kind, contact);
   t_ = a.add(begin, w);
 }

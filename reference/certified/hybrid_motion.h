@@ -47,8 +47,8 @@ class HybridMotion {
 
   void handle(const EventFunction& event);
   void keep_impact(std::vector<Ball> x, const ImpactOutcome& outcome, const std::string& contact);
-  void pass_window(const std::vector<Ball>& box, const Ball& w, const std::vector<Mode>& modes, const std::string& kind,
-                   const std::string& contact);
+  void pass_window(const std::vector<Ball>& box, const Ball& w, const Ball& event, const std::vector<Mode>& modes,
+                   const std::string& kind, const std::string& contact);
   void record(const std::string& kind, const std::string& contact, const std::vector<Ball>& Lambda_n = {});
 
   // accumulation.cpp
@@ -64,6 +64,11 @@ class HybridMotion {
   struct LastSlip;
   bool pass_slip_end(int contact);
   void map_last_slip(LastSlip& last);
+
+  // slip_turn_in_space.cpp
+  struct SlipTurn;
+  bool pass_slip_turn(int contact, const Ball& s);
+  void map_slip_turn(SlipTurn& turn);
 
   // simultaneous_impacts.cpp
   bool are_decoupled_impacts(const Step& step) const;

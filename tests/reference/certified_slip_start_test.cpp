@@ -1,4 +1,5 @@
-// Slip in space that begins from rest, or where sticking ends: closed forms, and remainders of its direction.
+// Slip in space that begins from rest, where sticking ends, or where it turns back: closed forms, and remainders of its
+// direction.
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
@@ -104,6 +105,40 @@ TEST(SlipStart, BlockAtTheLimitSlipsOrSticks) {
   EXPECT_EQ(sticks.modes, std::vector<std::string>{"stick"});
   const auto stays = slip_of(pulled_block("2.943", "0"));  // at the limit for ever: a tie
   EXPECT_EQ(stays.grade, Grade::open);
+}
+
+/// Blocks that slide against a force of 5, stop after 0.1 s, and return: with M_xz = c the normal force is 10 + c a, so that
+/// a = (5 - 3 d) / (1 + 0.3 c d) for slip in the direction d = -1 or 1. Their numbers are known to 40 digits.
+TEST(SlipStart, SlipThatTurnsBackHasItsClosedForm) {
+  const auto block = [](double c) {
+    return fmt::format(R"({{"q0": ["0", "0", "0"], "v0": ["-1", "0", "0"], "T": "0.5",
+      "M": [["1", "0", "{0}"], ["0", "2", "0"], ["{0}", "0", "1"]], "f": ["5", "0", "-10"],
+      "contacts": [{{"name": "plane", "gap": "q[2]", "mu": "0.3", "Jt": [["1", "0", "0"], ["0", "1", "0"]]}}]}})",
+                       c);
+  };
+  for (const double c : {0.0, -0.5}) {
+    const Precision a{400, 10};
+    Ball friction(3.0), speed(1.0), half(0.5);
+    arb_div_ui(friction.get(), friction.get(), 10, a.bits);
+    const auto acceleration = [&](double d) {
+      return a.div(Ball(5 - 3 * d), a.add(speed, a.mul(friction, Ball(c * d))));
+    };
+    const Ball before = acceleration(-1), after = acceleration(1), turn = a.div(speed, before);
+    const Ball left = a.sub(half, turn), v = a.mul(after, left);
+    const Ball q = a.sub(a.mul(half, a.mul(v, left)), a.mul(half, turn));
+    for (const int digits : {8, 30}) {
+      if (c != 0 && digits > 8) continue;  // takes seconds
+      const auto motion = slip_of(block(c), digits);
+      ASSERT_EQ(motion.grade, Grade::proven) << motion.reason;
+      EXPECT_GE(motion.decimals(), digits);
+      EXPECT_EQ(motion.no_certificate, "slip in space turns back");
+      ASSERT_EQ(motion.events.size(), 1u);
+      EXPECT_EQ(motion.events[0].kind, "slip_reversal");
+      EXPECT_TRUE(is_close(motion.events[0].time, decimal(turn, 60).text)) << motion.events[0].time.text;
+      EXPECT_TRUE(is_close(motion.q[0], decimal(q, 60).text)) << motion.q[0].text;
+      EXPECT_TRUE(is_close(motion.v[0], decimal(v, 60).text)) << motion.v[0].text;
+    }
+  }
 }
 
 /// v_t = t^m (1, sin(w t)) with unit mass and mu lambda_n = k, in series of low orders: the direction, along x at the
