@@ -41,8 +41,7 @@ struct HybridMotion::SlipTurn {
   std::vector<Node> rates;       ///< accelerations of gap and slip without contact force
   std::vector<Ball> start, box;  ///< q_0, v_0 and Q, V
   std::vector<Ball> end;         ///< (6)
-  Ball s, w;
-  Ball t_1;
+  Ball s, w, t_1;
 };
 
 namespace {
@@ -148,7 +147,7 @@ bool HybridMotion::pass_slip_turn(int i, const Ball& s) {
   if (!(s.nearest() < longest)) return false;
   SlipTurn turn;
   turn.contact = i;
-  turn.s = s;
+  turn.s = p_.precision().mul(Ball(1.001), s);  // |d| = 1 up to rounding
   turn.w = Ball(std::sqrt(longest));
   std::vector<Mode> modes = states_.modes;
   modes[i] = Mode::open;
