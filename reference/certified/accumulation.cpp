@@ -213,7 +213,7 @@ bool HybridMotion::pass_accumulation(int i, Mode last) {
   map_collapse(collapse);
   const bool is_inside = enclose(collapse, a, [&](Collapse& window) { map_collapse(window); });
   if (!is_inside) throw Undecided("no enclosure of the impacts of " + contact.name + " that accumulate");
-  pass_window(collapse.box, collapse.w, modes, "zeno_end", contact.name);
+  pass_window(collapse.box, collapse.w, collapse.w, modes, "zeno_end", contact.name);
   return true;
 }
 

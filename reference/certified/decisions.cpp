@@ -12,6 +12,7 @@ void ContactStates::moved() {
   std::ranges::fill(vanishing_gap, 0);
   std::ranges::fill(vanishing_slip, 0);
   std::ranges::fill(gap_is_bounded_only, 0);
+  std::ranges::fill(sticks_at_limit, 0);
   starting.clear();
 }
 
@@ -76,13 +77,24 @@ std::string Decisions::names(const std::vector<int>& candidates, const Combinati
 /// `motion` must be there up to `order`. @param first_only  later coefficients depend on modes of others
 /// @returns unknown if more orders are needed
 Sign Decisions::check_modes(const std::vector<int>& candidates, const std::vector<int>& slip_sign,
-                            const ModeMotion& motion, int order, bool first_only) {
+                            const std::vector<char>& sticks_at_limit, const ModeMotion& motion, int order,
+                            bool first_only) {
   std::vector<Sign> signs;
   for (const EventFunction& event : motion.events) {
     if (std::ranges::count(candidates, event.contact) == 0) continue;
     int first = event.kind == EventKind::impact ? 2 : 0;  // f_c = v_n = 0
+    if (event.kind == EventKind::cone && sticks_at_limit[event.contact]) {
+      if (first_only) signs.push_back(Sign::unknown);
+      first = 1;
+    }
     if (event.kind == EventKind::slip_end) {
-      if (slip_sign[event.contact] != 0 || motion.starts.count(event.contact) > 0) continue;
+      if (slip_sign[event.contact] != 0) continue;
+      if (const auto start = motion.starts.find(event.contact); start != motion.starts.end()) {
+        const bool depends = first_only && start->second.onset.order > 1;
+        if (depends || Ball(p_.coefficient(start->second.F, 0)).sign() != Sign::negative) return Sign::unknown;
+        signs.push_back(Ball(p_.coefficient(event.node, start->second.onset.order)).sign());
+        continue;
+      }
       if (p_.is_constant(event.node)) return Sign::negative;  // no slip is possible
       first = 1;
     }
@@ -95,7 +107,8 @@ Sign Decisions::check_modes(const std::vector<int>& candidates, const std::vecto
 
 /// The sign of a combination, by two orders and, if coefficients vanish exactly, by more; and what keeps at rest.
 void Decisions::check_alternative(const std::vector<Ball>& x, const Ball& t, const Group& group,
-                                  const std::vector<int>& slip_sign, ModeAlternative& alternative) {
+                                  const std::vector<int>& slip_sign, const std::vector<char>& sticks_at_limit,
+                                  ModeAlternative& alternative) {
   constexpr int kFirstOrder = 2, kLastOrder = 8;
   bool has_no_acceleration_of_rest = false;
   step_.load(x, t);
@@ -110,7 +123,7 @@ void Decisions::check_alternative(const std::vector<Ball>& x, const Ball& t, con
     for (const int order : {kFirstOrder, kLastOrder}) {
       step_.load(x, t);
       step_.expand(motion, order);
-      alternative.sign = check_modes(group.candidates, slip_sign, motion, order, first_only);
+      alternative.sign = check_modes(group.candidates, slip_sign, sticks_at_limit, motion, order, first_only);
       if (alternative.sign != Sign::unknown) break;
     }
     has_no_acceleration_of_rest = has_no_acceleration(motion, group, alternative.kept);
@@ -140,16 +153,16 @@ bool Decisions::has_same_motion_kept(const ModeAlternative& one, const ModeAlter
 
 /// Slip from rest of the candidates in space that exchange no momentum with others: their directions do not depend on
 /// the modes of those.
-std::map<int, SlipDirections> Decisions::slips_from_rest(const std::vector<Ball>& x, const Ball& t,
-                                                         const std::vector<int>& candidates,
-                                                         const std::vector<int>& slip_sign,
-                                                         const ContactStates& states) {
+std::map<int, Decisions::SlipFromRest> Decisions::slips_from_rest(const std::vector<Ball>& x, const Ball& t,
+                                                                  const std::vector<int>& candidates,
+                                                                  const std::vector<int>& slip_sign,
+                                                                  const ContactStates& states) {
   std::vector<int> all = candidates;
   for (int j = 0; j < scene_.n_c(); ++j) {
     if (states.modes[j] != Mode::open && std::ranges::count(candidates, j) == 0) all.push_back(j);
   }
   const std::vector<int> labels = momentum_groups(scene_, all, p_).of_contact;
-  std::map<int, SlipDirections> slips;
+  std::map<int, SlipFromRest> slips;
   for (std::size_t k = 0; k < candidates.size(); ++k) {
     const int i = candidates[k];
     const ContactFormulas& contact = scene_.contacts[i];
@@ -164,7 +177,18 @@ std::map<int, SlipDirections> Decisions::slips_from_rest(const std::vector<Ball>
       std::ranges::copy(law.G[r], in_space.G[r].begin());
       in_space.r[r] = p_.value_of(rates[r]);
     }
-    slips[i] = slip_directions(in_space, p_.precision());
+    if (states.sticks_at_limit[i]) {
+      std::vector<Mode> modes(scene_.n_c(), Mode::open);
+      modes[i] = Mode::stick;
+      const SlipOnset onset = onset_at_limit(x, t, i, modes);
+      const SlipDirections others = slip_directions(in_space, p_.precision(), onset.d);
+      slips[i] = {others.is_complete && others.n_proven == 0, onset};
+      continue;
+    }
+    const SlipDirections directions = slip_directions(in_space, p_.precision());
+    const bool is_unique = directions.n_proven == 1 && directions.is_stable;
+    slips[i].is_complete = directions.is_complete && (directions.n_proven == 0 || is_unique);
+    if (is_unique) slips[i].onset = SlipOnset{directions.d, 1};
   }
   return slips;
 }
@@ -212,7 +236,7 @@ void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const st
 }
 
 void Decisions::decide_group(const std::vector<Ball>& x, const Ball& t, const Group& group,
-                             const std::vector<int>& slip_sign, const std::map<int, SlipDirections>& slips,
+                             const std::vector<int>& slip_sign, const std::map<int, SlipFromRest>& slips,
                              ContactStates& states) {
   const std::vector<int>& candidates = group.candidates;
   std::vector<std::vector<Mode>> options;
@@ -220,10 +244,9 @@ void Decisions::decide_group(const std::vector<Ball>& x, const Ball& t, const Gr
     options.push_back(mode_options(i, slip_sign[i]));
     const auto slip = slips.find(i);
     if (slip == slips.end()) continue;
-    const SlipDirections& directions = slip->second;
-    if (!directions.is_complete || directions.n_proven > 1 || (directions.n_proven == 1 && !directions.is_stable))
+    if (!slip->second.is_complete)
       throw Undecided("undecided whether slip in space begins: " + scene_.contacts[i].name);
-    if (directions.n_proven == 1) options.back().push_back(Mode::slip);
+    if (slip->second.onset) options.back().push_back(Mode::slip);
   }
   Combinations combination(std::move(options));
   ModeAlternative best;
@@ -238,10 +261,10 @@ void Decisions::decide_group(const std::vector<Ball>& x, const Ball& t, const Gr
     for (std::size_t k = 0; k < candidates.size(); ++k) {
       next.modes[candidates[k]] = combination[k];
       if (combination[k] == Mode::slip && slips.count(candidates[k]) > 0)
-        next.starting[candidates[k]] = slips.at(candidates[k]).slip;
+        next.starting[candidates[k]] = *slips.at(candidates[k]).onset;
     }
     next.name = names(candidates, combination);
-    check_alternative(x, t, group, slip_sign, next);
+    check_alternative(x, t, group, slip_sign, states.sticks_at_limit, next);
     if (next.sign == Sign::negative) continue;
     left.push_back(std::move(next));
   } while (combination.next());
@@ -277,7 +300,9 @@ void Decisions::decide_group(const std::vector<Ball>& x, const Ball& t, const Gr
     const Mode mode = best.modes[i];
     states.modes[i] = mode;
     if (mode == Mode::open) states.vanishing_gap[i] = 2;
-    if (slip_sign[i] == 0 && (mode == Mode::slip_plus || mode == Mode::slip_minus)) states.vanishing_slip[i] = 1;
+    if (slip_sign[i] == 0 && slip_sign_of(mode) != 0) states.vanishing_slip[i] = 1;
+    if (const auto start = states.starting.find(i); start != states.starting.end())
+      states.vanishing_slip[i] = start->second.order;
     if (mode == Mode::stick && scene_.contacts[i].n_t() == 2 && slips.count(i) == 0) sticking_in_space_.push_back(i);
   }
 }

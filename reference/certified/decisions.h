@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -21,11 +22,16 @@ struct ContactStates {
   /// The gap is at least what remains without its first coefficient, as after impacts within one time ball. No root may
   /// be looked for in this step.
   std::vector<char> gap_is_bounded_only;
-  std::map<int, std::array<Ball, 2>> starting;  ///< contacts in space whose slip begins, with dv_t/dt
-  LeftOut left_out;                             ///< forces of redundant contacts that are constant
+  std::vector<char> sticks_at_limit;  ///< in space: |lambda_t| = mu lambda_n, exactly, if it sticks
+  std::map<int, SlipOnset> starting;  ///< contacts in space whose slip begins
+  LeftOut left_out;                   ///< forces of redundant contacts that are constant
 
   explicit ContactStates(int n_c)
-      : modes(n_c, Mode::open), vanishing_gap(n_c), vanishing_slip(n_c), gap_is_bounded_only(n_c) {}
+      : modes(n_c, Mode::open),
+        vanishing_gap(n_c),
+        vanishing_slip(n_c),
+        gap_is_bounded_only(n_c),
+        sticks_at_limit(n_c) {}
   /// Forgets what vanishes, after a step.
   void moved();
 };
@@ -90,7 +96,9 @@ class Decisions {
   ///     open: d2/dt2 gap > 0;   closed: lambda_n > 0;   stick: lambda_n > 0, |lambda_t| < mu lambda_n              (1)
   ///     slip+-: lambda_n > 0, and d/dt v_t > 0 or < 0 where v_t = 0
   ///
-  /// In space, slip_directions() decides slip from rest of a contact that exchanges no momentum with others.
+  /// In space, slip_directions() decides slip from rest of a contact that exchanges no momentum with others. If it
+  /// sticks at the limit of friction, exactly, the derivative of mu^2 lambda_n^2 - |lambda_t|^2 decides, and the second
+  /// derivative of the slip velocity that friction at the limit allows.
   /// If a left-hand side is exactly zero, its first derivative that is not zero decides. A combination whose forces
   /// are zero by their formulas has the same motion as the one with these contacts open; both are one alternative.
   /// Contacts that exchange no momentum are decided one group after the other.
@@ -164,19 +172,24 @@ class Decisions {
  private:
   void require_determined_forces(int contact, const ContactStates& states) const;
   std::vector<Mode> mode_options(int contact, int slip_sign) const;
-  Sign check_modes(const std::vector<int>& candidates, const std::vector<int>& slip_sign, const ModeMotion& motion,
-                   int order, bool first_only);
+  Sign check_modes(const std::vector<int>& candidates, const std::vector<int>& slip_sign,
+                   const std::vector<char>& sticks_at_limit, const ModeMotion& motion, int order, bool first_only);
   /// Modes that are proven or undecided, and contacts without friction whose force is zero by its formula.
   struct ModeAlternative {
     Sign sign = Sign::unknown;
     std::vector<Mode> modes;
-    std::map<int, std::array<Ball, 2>> starting;
+    std::map<int, SlipOnset> starting;
     LeftOut left_out;
     std::vector<int> idle;
     std::vector<int> kept;        ///< S, ascending
     std::vector<Mode> reaching;   ///< the modes of candidates that reach T, others as open
     bool has_one_motion = false;  ///< S and `reaching` determine it
     std::string name;
+  };
+  /// Slip that begins at a contact in space.
+  struct SlipFromRest {
+    bool is_complete = false;  ///< no other slip satisfies the law
+    std::optional<SlipOnset> onset;
   };
   /// Contacts that exchange momentum, about which one decision is made.
   struct Group {
@@ -187,9 +200,10 @@ class Decisions {
   std::vector<Group> groups_of(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
                                const ContactStates& states);
   void decide_group(const std::vector<Ball>& x, const Ball& t, const Group& group, const std::vector<int>& slip_sign,
-                    const std::map<int, SlipDirections>& slips, ContactStates& states);
+                    const std::map<int, SlipFromRest>& slips, ContactStates& states);
   void check_alternative(const std::vector<Ball>& x, const Ball& t, const Group& group,
-                         const std::vector<int>& slip_sign, ModeAlternative& alternative);
+                         const std::vector<int>& slip_sign, const std::vector<char>& sticks_at_limit,
+                         ModeAlternative& alternative);
   // redundant_contacts.cpp
   bool depends_on_others(const ModeMotion& motion, const Group& group, bool with_time) const;
   bool is_refuted_as_redundant(const Group& group, const std::vector<int>& slip_sign, const std::vector<Mode>& modes);
@@ -207,9 +221,11 @@ class Decisions {
   static bool has_same_motion_kept(const ModeAlternative& one, const ModeAlternative& other);
   static bool has_same_motion(const ModeAlternative& open, const ModeAlternative& proven);
   std::string names(const std::vector<int>& candidates, const Combinations& combination) const;
-  std::map<int, SlipDirections> slips_from_rest(const std::vector<Ball>& x, const Ball& t,
-                                                const std::vector<int>& candidates, const std::vector<int>& slip_sign,
-                                                const ContactStates& states);
+  SlipOnset onset_at_limit(const std::vector<Ball>& x, const Ball& t, int contact, const std::vector<Mode>& modes);
+  void begin_slip_in_space(const std::vector<Ball>& x, const Ball& t, int contact, ContactStates& states);
+  std::map<int, SlipFromRest> slips_from_rest(const std::vector<Ball>& x, const Ball& t,
+                                              const std::vector<int>& candidates, const std::vector<int>& slip_sign,
+                                              const ContactStates& states);
 
   const SceneFormulas& scene_;
   SeriesProgram& p_;

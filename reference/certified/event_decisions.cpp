@@ -47,6 +47,7 @@ StartingContacts Decisions::contacts_at_start(ContactStates& states) {
       continue;
     }
     start.touching.push_back(i);
+    states.sticks_at_limit[i] = contact.sticks_at_limit;
     Ball slip;
     if (contact.n_t() == 1) slip = p_.value_of(contact.v_t[0]);
     if (contact.n_t() == 2) slip = p_.value_of(p_.dot(contact.v_t, contact.v_t));
@@ -65,6 +66,7 @@ ImpactOutcome Decisions::strike(std::vector<Ball>& x, const Ball& t, const std::
   std::vector<Ball> narrow_x = x;
   narrow(narrow_x, t, before);
   ImpactOutcome outcome = decide_impact(narrow_x, t, candidates, closed);
+  std::ranges::fill(states.sticks_at_limit, 0);  // at the velocities before
   std::vector<int> resting, slip_sign(scene_.n_c(), 0);
   for (std::size_t k = 0; k < candidates.size(); ++k) {
     const int i = candidates[k];
@@ -122,7 +124,10 @@ void Decisions::begin_slip(const std::vector<Ball>& x, const Ball& t, const Even
                            ContactStates& states) {
   require_determined_forces(event.contact, states);
   const ContactFormulas& contact = scene_.contacts[event.contact];
-  if (contact.n_t() == 2) throw Unsupported("slip in space begins from rest: " + contact.name);
+  if (contact.n_t() == 2) {
+    begin_slip_in_space(x, t, event.contact, states);
+    return;
+  }
   const bool plus = event.side < 0;  // friction acts against slip
   states.modes[event.contact] = plus ? Mode::slip_plus : Mode::slip_minus;
   states.vanishing_slip[event.contact] = 2;
@@ -131,6 +136,30 @@ void Decisions::begin_slip(const std::vector<Ball>& x, const Ball& t, const Even
   const Ball rate(p_.coefficient(contact.v_t[0], 2));
   if ((plus ? rate : -rate).sign() != Sign::positive)
     throw Undecided("end of sticking of " + contact.name + ": the second derivative of the slip velocity is undecided");
+}
+
+/// Friction at the limit acts against d. @param modes  with which the contact sticks
+SlipOnset Decisions::onset_at_limit(const std::vector<Ball>& x, const Ball& t, int i, const std::vector<Mode>& modes) {
+  const Precision& a = p_.precision();
+  step_.load(x, t);
+  const ModeMotion sticking = mode_motion(scene_, modes, p_);
+  const Ball along = p_.value_of(sticking.friction.at(i)[0]), across = p_.value_of(sticking.friction.at(i)[1]);
+  Ball length;
+  arb_hypot(length.get(), along.get(), across.get(), a.bits);
+  return {{-a.div(along, length), -a.div(across, length)}, 2};
+}
+
+/// v_t = s t^2 d + ..., where s > 0 is required.
+void Decisions::begin_slip_in_space(const std::vector<Ball>& x, const Ball& t, int i, ContactStates& states) {
+  states.starting[i] = onset_at_limit(x, t, i, states.modes);
+  states.modes[i] = Mode::slip;
+  states.vanishing_slip[i] = 2;
+  step_.load(x, t);
+  const ModeMotion slipping = mode_motion(scene_, states.modes, p_, states.starting);
+  step_.expand(slipping, 2);
+  const SlipStart& start = slipping.starts.at(i);
+  if (p_.value_of(start.F).sign() != Sign::negative || Ball(p_.coefficient(start.S, 2)).sign() != Sign::positive)
+    throw Undecided("end of sticking in space of " + scene_.contacts[i].name + ": the slip that begins is undecided");
 }
 
 std::string Decisions::end_slip(const std::vector<Ball>& x, const Ball& t, const EventFunction& event,

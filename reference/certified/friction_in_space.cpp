@@ -15,7 +15,9 @@ constexpr double kFirstAngle = 0.37;  // unlikely to be a solution: its arcs end
 /// The search of slip_directions().
 class DirectionSearch {
  public:
-  DirectionSearch(const ContactInSpace& contact, const Precision& precision) : c_(contact), precision_(precision) {
+  DirectionSearch(const ContactInSpace& contact, const Precision& precision,
+                  const std::optional<std::array<Ball, 2>>& limit = {})
+      : c_(contact), precision_(precision), limit_(limit) {
     b_ = -c_.r[0];
     // For b < 0, the signs of D and b are turned; u keeps its sense with them.
     sense_ = b_.sign();
@@ -128,8 +130,18 @@ class DirectionSearch {
     search(middle, end, depth + 1);
   }
 
+  /// Whether the limit certainly lies on an arc, which is less than half of the circle.
+  bool has_limit(const Ball& begin, const Ball& end) const {
+    const auto turn_to = [&](const Ball& phi) {  // the sine of the angle from phi to the limit
+      const Values x = at(phi, precision_.bits);
+      return precision_.sub(precision_.mul(x.d[0], (*limit_)[1]), precision_.mul(x.d[1], (*limit_)[0])).sign();
+    };
+    return limit_ && turn_to(begin) == Sign::positive && turn_to(end) == Sign::negative;
+  }
+
   /// An arc where F is strictly monotonous.
   void decide(const Ball& begin, const Ball& end, Sign slope) {
+    if (has_limit(begin, end)) return;
     const Sign first = at(begin, precision_.bits).F.sign(), last = at(end, precision_.bits).F.sign();
     if (first == Sign::unknown || last == Sign::unknown) {
       result_.is_complete = false;
@@ -149,10 +161,7 @@ class DirectionSearch {
     Ball size;
     arb_abs(size.get(), b_.get());
     result_.force[0] = precision_.div(size, x.D);
-    for (int k = 0; k < 2; ++k) {
-      result_.force[1 + k] = -precision_.mul(c_.mu, precision_.mul(result_.force[0], x.d[k]));
-      result_.slip[k] = precision_.div(x.u[k], x.D);
-    }
+    for (int k = 0; k < 2; ++k) result_.force[1 + k] = -precision_.mul(c_.mu, precision_.mul(result_.force[0], x.d[k]));
   }
 
   /// Newton's operator on an arc with F' != 0 and one root.
@@ -172,6 +181,7 @@ class DirectionSearch {
 
   const ContactInSpace& c_;
   const Precision& precision_;
+  const std::optional<std::array<Ball, 2>> limit_;
   Ball b_;
   Sign sense_;
   int n_arcs_ = 0;
@@ -180,8 +190,9 @@ class DirectionSearch {
 
 }  // namespace
 
-SlipDirections slip_directions(const ContactInSpace& contact, const Precision& precision) {
-  return DirectionSearch(contact, precision).run();
+SlipDirections slip_directions(const ContactInSpace& contact, const Precision& precision,
+                               const std::optional<std::array<Ball, 2>>& limit) {
+  return DirectionSearch(contact, precision, limit).run();
 }
 
 std::optional<SlipBounds> slip_bounds(const ContactInSpace& contact, const Precision& precision) {

@@ -28,7 +28,6 @@ struct SlipDirections {
   bool is_complete = false;   ///< all others are refuted
   std::array<Ball, 2> d;      ///< the last one that was proven
   std::array<Ball, 3> force;  ///< its impulses, normal and tangents
-  std::array<Ball, 2> slip;   ///< its w_t+
   bool is_stable = false;     ///< F' < 0: friction turns other directions towards d
 };
 
@@ -42,7 +41,11 @@ struct SlipDirections {
 ///
 /// The circle is bisected. An arc has no solution if one of these signs is wrong on all of it, or F != 0 by the mean
 /// value theorem; if F' != 0 it has a root at most, which the signs of F at its ends and Newton's operator decide.
-SlipDirections slip_directions(const ContactInSpace& contact, const Precision& precision);
+///
+/// @param limit  a direction with w_t+ = 0 exactly, where the contact sticks at the limit of friction: a root of F
+///               with S = 0, which is no slip
+SlipDirections slip_directions(const ContactInSpace& contact, const Precision& precision,
+                               const std::optional<std::array<Ball, 2>>& limit = {});
 
 /// Slip along any direction d, with the forces of (1) and (2).
 struct SlipBounds {

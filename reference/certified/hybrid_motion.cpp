@@ -94,7 +94,11 @@ void HybridMotion::begin() {
 void HybridMotion::begin_motion() {
   taylor_.load(set_.box(), t_);
   motion_ = mode_motion(scene_, states_.modes, p_, states_.starting, states_.left_out);
-  if (!states_.starting.empty()) result_.no_certificate = "slip in space begins from rest";
+  if (std::ranges::count(states_.sticks_at_limit, 1) > 0) result_.no_certificate = "friction in space is at its limit";
+  for (const auto& [contact, onset] : states_.starting) {
+    result_.no_certificate = "slip in space begins from rest";
+    if (onset.order > 1) set_.take_mean_value_form();  // friction is stiff then, and boxes grow
+  }
   set_.begin(motion_);
   for (const int i : decisions_.sticking_in_space()) {
     const std::string text = fmt::format("{} sticks; slip in space from rest is not refuted", scene_.contacts[i].name);
@@ -129,7 +133,7 @@ void HybridMotion::run_to_end() {
     }
     leave_room();
     for (int i = 0; i < scene_.n_c(); ++i) {
-      if (states_.modes[i] == Mode::slip) pass_slip_end(i);
+      if (states_.modes[i] == Mode::slip && states_.starting.count(i) == 0) pass_slip_end(i);
     }
     const Step step = find_step();
     is_last = step.is_last;
@@ -175,15 +179,15 @@ void HybridMotion::advance(const Step& step) {
   states_.moved();
 }
 
-/// Goes on after a window [t, t + w] within which an event of unknown time happens; `box` contains the motion there.
-void HybridMotion::pass_window(const std::vector<Ball>& box, const Ball& w, const std::vector<Mode>& modes,
-                               const std::string& kind, const std::string& contact) {
+/// Goes on after a window [t, t + w], at whose end `box` contains the motion. @param event  it happens until t + event
+void HybridMotion::pass_window(const std::vector<Ball>& box, const Ball& w, const Ball& event,
+                               const std::vector<Mode>& modes, const std::string& kind, const std::string& contact) {
   const Precision& a = p_.precision();
   const Ball begin = t_;
   set_.set_box(box);
   states_.modes = modes;
   states_.moved();
-  t_ = a.add(begin, a.hull(Ball(), w));
+  t_ = a.add(begin, a.hull(Ball(), event));
   record(kind, contact);
   t_ = a.add(begin, w);
 }
@@ -258,6 +262,7 @@ bool HybridMotion::find_events(double h, const Ball& end, Step& step, std::strin
     const bool is_bounded_only = event.kind == EventKind::impact && states_.gap_is_bounded_only[event.contact];
     int vanishing = event.kind == EventKind::impact     ? states_.vanishing_gap[event.contact]
                     : event.kind == EventKind::slip_end ? states_.vanishing_slip[event.contact]
+                    : event.kind == EventKind::cone     ? states_.sticks_at_limit[event.contact]
                                                         : 0;
     vanishing = p_.leading(event.node, vanishing, p_.precision().order);
     BoundedPolynomial f;

@@ -55,8 +55,8 @@ class HybridMotion {
 
   void handle(const EventFunction& event);
   void keep_impact(std::vector<Ball> x, const ImpactOutcome& outcome, const std::string& contact);
-  void pass_window(const std::vector<Ball>& box, const Ball& w, const std::vector<Mode>& modes, const std::string& kind,
-                   const std::string& contact);
+  void pass_window(const std::vector<Ball>& box, const Ball& w, const Ball& event, const std::vector<Mode>& modes,
+                   const std::string& kind, const std::string& contact);
   void record(const std::string& kind, const std::string& contact, const std::vector<Ball>& Lambda_n = {});
 
   // accumulation.cpp
@@ -82,6 +82,11 @@ class HybridMotion {
   bool are_tied_impacts(const std::vector<std::size_t>& reached, double h);
   void handle_tied_impacts(const Step& step);
   void keep_symmetry(std::vector<Ball>& x, int i, int j);
+
+  // slip_turn_in_space.cpp
+  struct SlipTurn;
+  bool pass_slip_turn(int contact, const Ball& s);
+  void map_slip_turn(SlipTurn& turn);
 
   // simultaneous_impacts.cpp
   bool are_decoupled_impacts(const Step& step) const;

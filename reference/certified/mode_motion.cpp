@@ -33,9 +33,13 @@ class ModeEquations {
                 const LeftOut& left_out = {})
       : scene_(scene), modes_(modes), p_(program), left_out_(left_out), push_(scene.n, program.number(0)) {}
 
-  void start_slip(int contact, const std::array<Ball, 2>& first) {
-    SlipStart start{{p_.state(), p_.state()}, {}, first};
-    for (int d = 0; d < 2; ++d) p_.set(start.w[d], 0, first[d].get());
+  void start_slip(int contact, const SlipOnset& onset) {
+    SlipStart start;
+    start.onset = onset;
+    start.y = p_.state();
+    start.turn = p_.state();
+    const Ball zero;
+    p_.set(start.y, 0, zero.get());
     motion_.starts[contact] = start;
   }
 
@@ -67,12 +71,7 @@ class ModeEquations {
       else
         motion_.friction[contact][direction] = force;
     }
-    for (auto& [contact, start] : motion_.starts) {
-      for (int d = 0; d < 2; ++d) {
-        const ContactFormulas& formulas = scene_.contacts[contact];
-        start.rate[d] = p_.add(bias(formulas.v_t[d]), p_.dot(formulas.J_t[d], motion_.acceleration));
-      }
-    }
+    for (auto& [contact, start] : motion_.starts) follow_direction(scene_.contacts[contact], start);
     find_equal_velocities();
     for (int i = 0; i < scene_.n_c(); ++i) add_events(i);
     collect_schedule();
@@ -100,18 +99,36 @@ class ModeEquations {
       if (modes_[i] == Mode::slip_plus) column[r] = p_.sub(column[r], along(0));
       if (modes_[i] == Mode::slip_minus) column[r] = p_.add(column[r], along(0));
       if (modes_[i] != Mode::slip) continue;
-      const std::vector<Node> slip = slip_of(i);
-      const Node speed = p_.sqrt(p_.dot(slip, slip));
-      for (int d = 0; d < 2; ++d) column[r] = p_.sub(column[r], p_.mul(p_.div(slip[d], speed), along(d)));
+      const std::vector<Node> direction = direction_of(i);
+      for (int d = 0; d < 2; ++d) column[r] = p_.sub(column[r], p_.mul(direction[d], along(d)));
     }
     add_unknown({i, -1}, column, contact.J_n, contact.v_n);
   }
 
-  /// v_t, or w where slip begins.
-  std::vector<Node> slip_of(int i) const {
-    const auto start = motion_.starts.find(i);
-    if (start == motion_.starts.end()) return scene_.contacts[i].v_t;
-    return {start->second.w[0], start->second.w[1]};
+  /// v_t / |v_t|, or (d + y e) / sqrt(1 + y^2) where slip begins.
+  std::vector<Node> direction_of(int i) {
+    std::vector<Node> slip = scene_.contacts[i].v_t;
+    Node length = p_.dot(slip, slip);
+    if (const auto start = motion_.starts.find(i); start != motion_.starts.end()) {
+      const Node y = start->second.y, d_0 = p_.constant(start->second.onset.d[0]),
+                 d_1 = p_.constant(start->second.onset.d[1]);
+      slip = {p_.sub(d_0, p_.mul(y, d_1)), p_.add(d_1, p_.mul(y, d_0))};
+      length = p_.add(p_.number(1), p_.mul(y, y));
+    }
+    length = p_.sqrt(length);
+    return {p_.div(slip[0], length), p_.div(slip[1], length)};
+  }
+
+  /// The nodes of a SlipStart.
+  void follow_direction(const ContactFormulas& contact, SlipStart& start) {
+    std::vector<Node> rate;  // dv_t/dt
+    for (int d = 0; d < 2; ++d)
+      rate.push_back(p_.add(bias(contact.v_t[d]), p_.dot(contact.J_t[d], motion_.acceleration)));
+    const std::vector<Node> d{p_.constant(start.onset.d[0]), p_.constant(start.onset.d[1])}, e{p_.neg(d[1]), d[0]};
+    start.S = p_.dot(d, contact.v_t);
+    start.E = p_.sub(p_.dot(e, rate), p_.mul(start.y, p_.dot(d, rate)));
+    start.F = p_.derivative(start.E, start.y);
+    start.product = p_.mul(start.S, start.turn);
   }
 
   void add_friction(int i) {
@@ -194,7 +211,11 @@ class ModeEquations {
     if (!contact.is_bilateral && !p_.is_zero(force)) events.push_back({force, EventKind::detach, i});
     if (modes_[i] == Mode::slip_plus) add_slip_end(i, slip_velocity(i));
     if (modes_[i] == Mode::slip_minus) add_slip_end(i, p_.neg(slip_velocity(i)));
-    if (modes_[i] == Mode::slip) events.push_back({p_.dot(slip_of(i), slip_of(i)), EventKind::slip_end, i});
+    if (modes_[i] == Mode::slip) {
+      const auto start = motion_.starts.find(i);
+      const Node slip = start != motion_.starts.end() ? start->second.S : p_.dot(contact.v_t, contact.v_t);
+      events.push_back({slip, EventKind::slip_end, i});
+    }
     if (modes_[i] != Mode::stick) return;
     const Node bound = p_.mul(p_.constant(contact.mu), force);
     const auto& friction = motion_.friction[i];
@@ -248,10 +269,7 @@ class ModeEquations {
     append(scene_.v);
     outputs.push_back(scene_.clock);
     for (const auto& event : motion_.events) outputs.push_back(event.node);
-    for (const auto& [contact, start] : motion_.starts) {
-      append({start.w.begin(), start.w.end()});
-      append({start.rate.begin(), start.rate.end()});
-    }
+    for (const auto& [contact, start] : motion_.starts) append({start.y, start.S, start.E, start.F});
     for (const auto& contact : scene_.contacts) {
       outputs.push_back(contact.gap);
       append(contact.v_t);
@@ -274,9 +292,9 @@ class ModeEquations {
 }  // namespace
 
 ModeMotion mode_motion(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program,
-                       const std::map<int, std::array<Ball, 2>>& starting, const LeftOut& left_out) {
+                       const std::map<int, SlipOnset>& starting, const LeftOut& left_out) {
   ModeEquations equations(scene, modes, program, left_out);
-  for (const auto& [contact, first] : starting) equations.start_slip(contact, first);
+  for (const auto& [contact, onset] : starting) equations.start_slip(contact, onset);
   return equations.derive();
 }
 

@@ -53,11 +53,21 @@ using Unknown = std::pair<int, int>;
 /// Unknowns that are left out together with their rows, and the constant forces that they have [N].
 using LeftOut = std::map<Unknown, double>;
 
-/// Slip in space that begins from rest, v_t = t w(t). Its direction is w / |w|, also at the beginning.
+/// How slip in space begins from rest: v_t = s t^order d + ..., s > 0, |d| = 1.
+struct SlipOnset {
+  std::array<Ball, 2> d;
+  int order = 1;  ///< 2 where sticking ends at the limit of friction
+};
+
+/// Slip in space that begins, in the direction d + y e, where e is d turned by a right angle (slip_start_in_space.cpp).
 struct SlipStart {
-  std::array<Node, 2> w;      ///< variables
-  std::array<Node, 2> rate;   ///< dv_t/dt
-  std::array<Ball, 2> first;  ///< w(0) = dv_t/dt at the beginning
+  SlipOnset onset;
+  Node y = -1;        ///< variable, 0 at the beginning
+  Node S = -1;        ///< d . v_t
+  Node E = -1;        ///< (e - y d) . dv_t/dt
+  Node F = -1;        ///< dE/dy
+  Node turn = -1;     ///< variable, the derivative of the polynomial of y
+  Node product = -1;  ///< S turn
 };
 
 /// The smooth motion while the modes do not change. The forces follow from the equations of index 1
@@ -82,11 +92,11 @@ struct ModeMotion {
 };
 
 /// Derives the motion of the `modes`. Pivots are chosen by the current values of the program.
-/// @param starting  dv_t/dt of contacts in space whose slip begins
+/// @param starting  contacts in space whose slip begins
 /// @param left_out  unknowns of redundant contacts
 /// @throws Undecided if the equations may be singular, as of redundant contacts
 ModeMotion mode_motion(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program,
-                       const std::map<int, std::array<Ball, 2>>& starting = {}, const LeftOut& left_out = {});
+                       const std::map<int, SlipOnset>& starting = {}, const LeftOut& left_out = {});
 
 /// d/dt of a rate w(q, v, t) without the part with accelerations: sum_k dw/dq_k v_k + dw/dt.
 Node bias_of(Node rate, const SceneFormulas& scene, SeriesProgram& program);

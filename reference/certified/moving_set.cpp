@@ -69,8 +69,13 @@ std::vector<std::vector<Ball>> inverse(const std::vector<std::vector<double>>& c
 }  // namespace
 
 MovingSet::MovingSet(const SceneFormulas& scene, SeriesProgram& program, TaylorStep& step, bool mean_value_form)
-    : scene_(scene), p_(program), step_(step), form_(mean_value_form), box_(scene.start) {
-  if (!form_) return;
+    : scene_(scene), p_(program), step_(step), box_(scene.start) {
+  if (mean_value_form) take_mean_value_form();
+}
+
+void MovingSet::take_mean_value_form() {
+  if (form_) return;
+  form_ = true;
   phi_.assign(box_.size(), std::vector<Node>(box_.size()));
   for (auto& row : phi_) {
     for (Node& entry : row) entry = p_.state();

@@ -22,6 +22,7 @@ class MovingSet {
   const std::vector<Ball>& box() const { return box_; }  ///< q, then v.
   void set_box(std::vector<Ball> box);                   ///< Begins again with a box.
   bool mean_value_form() const { return form_; }         ///< Not a box.
+  void take_mean_value_form();                           ///< From the present box on.
 
   /// Prepares steps of a `motion`.
   void begin(const ModeMotion& motion);
@@ -39,7 +40,7 @@ class MovingSet {
   const SceneFormulas& scene_;
   SeriesProgram& p_;
   TaylorStep& step_;
-  bool form_;
+  bool form_ = false;
   bool varies_ = false;  ///< this motion has a variational equation; the start of slip in space has none
   std::vector<Ball> box_, center_, r_;
   BallMatrix Q_;

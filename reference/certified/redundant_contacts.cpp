@@ -176,8 +176,9 @@ bool Decisions::satisfies(const std::vector<Ball>& x, const Ball& t, const Group
     std::vector<int> kept = kept_at_rest(group, with_rows);
     if (has_no_acceleration(motion, group, kept)) kept = group.pushed;
     const bool first_only = depends_on_others(motion, group, false);
+    const std::vector<char> none_at_limit(scene_.n_c(), 0);  // a force at its limit stays undecided
     return std::ranges::includes(kept, alternative.kept) &&
-           check_modes(group.candidates, slip_sign, motion, 2, first_only) == Sign::positive;
+           check_modes(group.candidates, slip_sign, none_at_limit, motion, 2, first_only) == Sign::positive;
   } catch (const Undecided&) {  // singular equations
     return false;
   }

@@ -295,12 +295,14 @@ class SceneTranslation {
       scene_.M.emplace_back();
       for (const ex& entry : row) scene_.M.back().push_back(node(entry));
     }
-    for (std::size_t i = 0; i < model_.force.size(); ++i) {
-      ex total = model_.force[i];
-      for (std::size_t k = 0; !model_.input.empty() && k < model_.control.size(); ++k)
-        total += model_.input[i][k] * model_.control[k];
-      scene_.f.push_back(node(total));
-    }
+    for (std::size_t i = 0; i < model_.force.size(); ++i) scene_.f.push_back(node(total_force(i)));
+  }
+
+  ex total_force(std::size_t i) const {
+    ex total = model_.force[i];
+    for (std::size_t k = 0; !model_.input.empty() && k < model_.control.size(); ++k)
+      total += model_.input[i][k] * model_.control[k];
+    return total;
   }
 
   /// Whether a formula of q, v and t is zero at the start, by the rules of algebra. A denominator that is zero needs no
@@ -313,6 +315,42 @@ class SceneTranslation {
       const ex simpler = rules(rules(value).expand()).expand();
       return simpler.is_zero() || simpler.normal().numer().expand().is_zero();
     } catch (const std::exception&) {  // a division by zero
+      return false;
+    }
+  }
+
+  /// Whether mu^2 lambda_n^2 = lambda_t^2 holds exactly for M a - J' lambda = f, J a + dJ/dt v = 0 at the start, where
+  /// `rates` are v_n and v_t. @returns false if a number is not rational
+  bool is_at_limit(const ex& mu, const std::vector<ex>& rates) {
+    const auto n = static_cast<unsigned>(model_.q.size()), m = static_cast<unsigned>(rates.size());
+    GiNaC::matrix A(n + m, n + m), right(n + m, 1), unknowns(n + m, 1);
+    bool is_rational = true;
+    const auto at_start = [&](const ex& e) {
+      const ex value = exact(e).subs(start_, GiNaC::subs_options::no_pattern);
+      is_rational = is_rational && value.info(GiNaC::info_flags::rational);
+      return value;
+    };
+    try {
+      for (unsigned i = 0; i < n; ++i) {
+        for (unsigned k = 0; k < n; ++k) A(i, k) = at_start(model_.mass[i][k]);
+        right(i, 0) = at_start(total_force(i));
+      }
+      for (unsigned j = 0; j < m; ++j) {
+        ex bias = rates[j].diff(model_.t);
+        for (unsigned k = 0; k < n; ++k) {
+          bias += rates[j].diff(model_.q[k]) * model_.v[k];
+          A(n + j, k) = at_start(rates[j].diff(model_.v[k]));
+          A(k, n + j) = -A(n + j, k);
+        }
+        right(n + j, 0) = at_start(-bias);
+      }
+      for (unsigned i = 0; i < n + m; ++i) unknowns(i, 0) = GiNaC::symbol();
+      if (!is_rational) return false;
+      const GiNaC::matrix solution = A.solve(unknowns, right);
+      ex excess = GiNaC::pow(mu * solution(n, 0), 2);
+      for (unsigned j = 1; j < m; ++j) excess -= GiNaC::pow(solution(n + j, 0), 2);
+      return excess.info(GiNaC::info_flags::rational) && excess.is_zero();
+    } catch (const std::exception&) {  // a division by zero, or a singular system
       return false;
     }
   }
@@ -335,6 +373,7 @@ class SceneTranslation {
     contact.gap_is_zero = is_zero_at_start(gap);
     contact.v_n_is_zero = is_zero_at_start(v_n);
     contact.v_t_is_zero = true;
+    std::vector<ex> rates{v_n};
     for (std::size_t d = 0; !contact.mu.is_zero() && d < stated.tangents.size(); ++d) {
       ex v_t = stated.drives.empty() ? ex(0) : exact(stated.drives[d]);
       std::vector<Node> direction;
@@ -348,7 +387,10 @@ class SceneTranslation {
       contact.J_t.push_back(direction);
       contact.v_t.push_back(slip);
       contact.v_t_is_zero = contact.v_t_is_zero && is_zero_at_start(v_t);
+      rates.push_back(v_t);
     }
+    const bool is_at_rest = contact.gap_is_zero && contact.v_n_is_zero && contact.v_t_is_zero;
+    contact.sticks_at_limit = contact.n_t() == 2 && is_at_rest && is_at_limit(exact(stated.mu), rates);
     scene_.contacts.push_back(std::move(contact));
   }
 

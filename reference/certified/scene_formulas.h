@@ -40,6 +40,8 @@ struct ContactFormulas {
   bool gap_is_zero = false;                          ///< at t = 0, proven by formulas, as are the next two
   bool v_n_is_zero = false;                          ///< v_n = 0 at t = 0
   bool v_t_is_zero = false;                          ///< v_t = 0 at t = 0, all directions
+  /// In space: at t = 0 the contact, alone, can stick with |lambda_t| = mu lambda_n, exactly.
+  bool sticks_at_limit = false;
   int n_t() const { return static_cast<int>(J_t.size()); }  ///< Tangent directions.
 };
 

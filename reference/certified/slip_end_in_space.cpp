@@ -67,7 +67,7 @@ void HybridMotion::map_last_slip(LastSlip& last) {
   last.box = std::move(next);
 }
 
-/// If the slip of a contact is so slow that the digits do not suffer, the motion goes on after its end.
+/// If the slip of a contact is so slow that the digits do not suffer, the motion goes on after its end, or its turn.
 /// @returns whether it does
 bool HybridMotion::pass_slip_end(int i) {
   constexpr double kSpare = 3;  // digits that the window may cost
@@ -94,12 +94,12 @@ bool HybridMotion::pass_slip_end(int i) {
   try {
     map_last_slip(last);
   } catch (const Undecided&) {
-    return false;
+    return pass_slip_turn(i, last.speed);
   }
   if (!(last.w.nearest() < longest)) return false;
   const bool is_inside = enclose(last, a, [&](LastSlip& window) { map_last_slip(window); });
   if (!is_inside) throw Undecided("no enclosure of the end of slip of " + contact.name);
-  pass_window(last.box, last.w, modes, "slip_to_stick", contact.name);
+  pass_window(last.box, last.w, last.w, modes, "slip_to_stick", contact.name);
   result_.no_certificate = "slip in space ends";
   begin_motion();
   return true;

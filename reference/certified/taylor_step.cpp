@@ -54,42 +54,13 @@ void TaylorStep::integrate(const Rates& rates, int k, slong bits) {
 void TaylorStep::expand(const ModeMotion& motion, int order) {
   const slong bits = p_.precision().bits;
   const Rates all = rates(motion);
-  std::map<int, BallMatrix> K;
   for (int k = 0; k <= order; ++k) {
-    for (const auto& [contact, start] : motion.starts) start_slip(motion, start, k, K[contact]);
+    expand_directions(motion, k);
     for (const Node i : motion.schedule) p_.compute(i, k, bits);
     integrate(all, k, bits);
     if (k % 16 == 0) limit_.check();
   }
-}
-
-/// Coefficient k of w by (2). `K` is computed for k = 1.
-void TaylorStep::start_slip(const ModeMotion& motion, const SlipStart& start, int k, BallMatrix& K) {
-  const Precision& a = p_.precision();
-  if (k == 0) {
-    for (int d = 0; d < 2; ++d) p_.set(start.w[d], 0, start.first[d].get());
-    return;
-  }
-  const auto rates_for = [&](double w_0, double w_1) {
-    const Ball first(w_0), second(w_1);
-    p_.set(start.w[0], k, first.get());
-    p_.set(start.w[1], k, second.get());
-    for (const Node i : motion.schedule) p_.compute(i, k, a.bits);
-    const auto rate = [&](int d) {
-      return p_.is_constant(start.rate[d]) ? Ball() : Ball(p_.coefficient(start.rate[d], k));
-    };
-    return std::array<Ball, 2>{rate(0), rate(1)};
-  };
-  const auto g = rates_for(0, 0);
-  if (k == 1) {
-    const auto first = rates_for(1, 0), second = rates_for(0, 1);
-    K = {{a.sub(first[0], g[0]), a.sub(second[0], g[0])}, {a.sub(first[1], g[1]), a.sub(second[1], g[1])}};
-  }
-  BallMatrix system = {{-K[0][0], -K[0][1]}, {-K[1][0], -K[1][1]}};
-  for (int d = 0; d < 2; ++d) system[d][d] = a.add(system[d][d], Ball(k + 1.0));
-  const auto w = solve(system, {{g[0]}, {g[1]}}, a.bits);
-  if (!w) throw Undecided("the direction of slip that begins is not determined");
-  for (int d = 0; d < 2; ++d) p_.set(start.w[d], k, (*w)[d][0].get());
+  differentiate_directions(motion.starts, order);
 }
 
 void TaylorStep::expand(const ModeMotion& motion, const Variation& variation, const std::vector<std::vector<Ball>>& Q) {
@@ -129,6 +100,7 @@ double TaylorStep::suggested_length(const ModeMotion& motion) const {
     for (int k = 0; k < 3; ++k) scale = std::max(scale, log2_of(v, k) - 3 * k);
   }
   for (const Node v : scene_.v) look_at(v, scale);
+  for (const auto& [contact, start] : motion.starts) look_at(start.y, 0);
   for (const auto& event : motion.events) {
     double own = 2 * kNone;
     for (int k = 0; k < 4; ++k) own = std::max(own, log2_of(event.node, k) - 3 * k);
@@ -140,18 +112,10 @@ double TaylorStep::suggested_length(const ModeMotion& motion) const {
 bool TaylorStep::validate(const ModeMotion& motion, double h) {
   constexpr int kMostIterations = 12;
   mag_zero(p_.rho(scene_.clock));
-  Rates starts;
-  for (const auto& [contact, start] : motion.starts) {
-    for (int d = 0; d < 2; ++d) starts.emplace_back(start.w[d], start.rate[d]);
-  }
-  if (!contract(motion.schedule, rates(motion), h, kMostIterations, starts)) return false;
-  // suggested_length() does not see the direction, whose series may be shorter than that of the motion.
-  constexpr slong kSpareBits = 16;
-  return std::ranges::all_of(starts, [&](const auto& start) {
-    Magnitude most;
-    for (const auto& [variable, rate] : starts) mag_max(most.get(), most.get(), p_.size_of(variable, 0));
-    mag_mul_2exp_si(most.get(), most.get(), kSpareBits - p_.precision().bits);
-    return mag_cmp(p_.rho(start.first), most.get()) <= 0;
+  if (!contract(motion.schedule, rates(motion), h, kMostIterations, motion.starts)) return false;
+  constexpr slong kSpareBits = 16;  // of directions: suggested_length() sees their polynomials only
+  return std::ranges::all_of(motion.starts, [&](const auto& start) {
+    return mag_cmp_2exp_si(p_.rho(start.second.y), kSpareBits - p_.precision().bits) <= 0;
   });
 }
 
@@ -166,8 +130,12 @@ bool TaylorStep::validate(const ModeMotion& motion, const Variation& variation, 
   return is_valid;
 }
 
+bool TaylorStep::find_remainders(const std::vector<Node>& schedule) {
+  return std::ranges::all_of(schedule, [&](Node i) { return p_.remainder(i); });
+}
+
 bool TaylorStep::contract(const std::vector<Node>& schedule, const Rates& rates, double h, int most_iterations,
-                          const Rates& starts) {
+                          const Starts& starts) {
   const auto N = static_cast<ulong>(p_.degree());
   p_.measure(schedule, h);
   Magnitude length;
@@ -182,19 +150,11 @@ bool TaylorStep::contract(const std::vector<Node>& schedule, const Rates& rates,
     first_term(guess, rate);
     mag_mul_2exp_si(p_.rho(variable), guess.get(), 1 + room_);
   }
-  for (const auto& [variable, rate] : starts) {
-    if (p_.is_constant(rate)) {
-      mag_zero(p_.rho(variable));
-    } else {
-      mag_set(p_.rho(variable), p_.size_of(rate, static_cast<int>(N)));
-    }
-  }
-  std::vector<Magnitude> mapped(rates.size());
+  if (!begin_contraction(starts, h)) return false;
+  std::vector<Magnitude> mapped(rates.size()), fixed(starts.size());
   for (int iteration = 0; iteration < most_iterations; ++iteration) {
     limit_.check();
-    for (const Node i : schedule) {
-      if (!p_.remainder(i)) return false;
-    }
+    if (!find_remainders(schedule, starts, fixed)) return false;
     bool is_inside = true;
     for (std::size_t j = 0; j < rates.size(); ++j) {
       Magnitude rest;
@@ -205,13 +165,7 @@ bool TaylorStep::contract(const std::vector<Node>& schedule, const Rates& rates,
       mag_mul_2exp_si(mapped[j].get(), mapped[j].get(), room_);
       is_inside = is_inside && mag_cmp(mapped[j].get(), p_.rho(rates[j].first)) <= 0;
     }
-    for (const auto& [variable, rate] : starts) {
-      Magnitude image;
-      mag_div_ui(image.get(), p_.rho(rate), N + 2);
-      if (mag_cmp(image.get(), p_.rho(variable)) <= 0) continue;
-      is_inside = false;
-      mag_mul_2exp_si(p_.rho(variable), image.get(), 1);
-    }
+    if (!contract_directions(starts, fixed, h, is_inside)) return false;
     if (is_inside) return true;
     for (std::size_t j = 0; j < rates.size(); ++j) {
       const mag_ptr rho = p_.rho(rates[j].first);

@@ -45,12 +45,7 @@ struct Variation {
 /// theorem it contains a solution, which is the only one because all formulas are smooth there. The contraction is
 /// h L / (N+2), not h L, so that h is nearly the step of a method without proof.
 ///
-/// While slip in space begins, v_t = t w(t), the variables w have the rates a_t = dv_t/dt(q, v, w):
-///
-///     w(t) = 1/t int_0^t a_t,    (k+1) w_k = a_t,k = g_k + K w_k for k >= 1,   K = da_t/dw at t = 0              (2)
-///
-/// g_k is known from lower orders, so that w_k follows from two linear equations. The operator maps the bounds rho of w
-/// to those of a_t, divided by N+2.
+/// While slip in space begins, its direction is one more variable (slip_start_in_space.cpp).
 class TaylorStep {
  public:
   TaylorStep(const SceneFormulas& scene, SeriesProgram& program, const TimeLimit& limit)
@@ -97,9 +92,20 @@ class TaylorStep {
   Rates rates(const ModeMotion& motion) const;
   Rates rates(const Variation& variation) const;
   void integrate(const Rates& rates, int k, slong bits);
+  /// Contacts whose slip begins.
+  using Starts = std::map<int, SlipStart>;
   bool contract(const std::vector<Node>& schedule, const Rates& rates, double h, int most_iterations,
-                const Rates& starts = {});
-  void start_slip(const ModeMotion& motion, const SlipStart& start, int k, BallMatrix& K);
+                const Starts& starts = {});
+  bool find_remainders(const std::vector<Node>& schedule);
+
+  // slip_start_in_space.cpp
+  Ball coefficient_of(Node node, int k) const;
+  void expand_directions(const ModeMotion& motion, int k);
+  void differentiate_directions(const Starts& starts, int order);
+  bool begin_contraction(const Starts& starts, double h);
+  bool find_remainders(const std::vector<Node>& schedule, const Starts& starts, std::vector<Magnitude>& fixed);
+  bool least_slip(Magnitude& low, const SlipStart& start, double h) const;
+  bool contract_directions(const Starts& starts, const std::vector<Magnitude>& fixed, double h, bool& is_inside);
 
   const SceneFormulas& scene_;
   SeriesProgram& p_;

@@ -212,8 +212,13 @@ TEST(FrictionInSpace, SlipThatEndsHasItsClosedForm) {
   const auto slower = motion_of(pushed("10"), 12);  // 2.5 m/s^2 forwards: it does not stop before 3.3 s
   ASSERT_EQ(slower.grade, Grade::proven) << slower.reason;
   EXPECT_TRUE(slower.events.empty());
-  const auto turning = motion_of(pushed("-20"), 12, 0.2);  // 5 m/s^2 backwards: it turns back, and does not stick
-  EXPECT_EQ(turning.grade, Grade::open);
+  const auto turning =
+      motion_of(pushed("-20"), 12);  // 5 m/s^2 backwards: it stops after 5/9 s and returns with 1 m/s^2
+  ASSERT_EQ(turning.grade, Grade::proven) << turning.reason;
+  ASSERT_EQ(turning.events.size(), 1u);
+  EXPECT_EQ(turning.events[0].kind, "slip_reversal");
+  EXPECT_NEAR(std::stod(turning.v[0].text), -0.6 * 13 / 9, 1e-13);
+  EXPECT_NEAR(std::stod(turning.q[1].text), -0.8 * (25. / 18 - 169. / 162), 1e-13);
 }
 
 /// A block that is pushed so that q = (t^2 / 2, t^3 / 3): its direction of slip is (1, t) / sqrt(1 + t^2).
