@@ -10,6 +10,7 @@
 
 #include "bench/site/drawn_scene.h"
 #include "bench/site/expression_tex.h"
+#include "bench/site/proven_motion.h"
 #include "bench/site/site_texts.h"
 #include "bench/studies/grid/fastest_rows.h"
 #include "methods/registry.h"
@@ -174,7 +175,8 @@ std::optional<Solution> shown_motion(const Problem& problem) {
   return method->solve(problem, settings);
 }
 
-std::string events_html(const ProblemInfo& info, const std::optional<Solution>& motion) {
+/// @param with_list  list the events of the run, too
+std::string events_html(const ProblemInfo& info, const std::optional<Solution>& motion, bool with_list) {
   std::string html = site_heading("Events", "events");
   if (!motion)
     return html + fmt::format("<p>{} declines it: {}.</p>\n", kShownMethod,
@@ -201,7 +203,7 @@ std::string events_html(const ProblemInfo& info, const std::optional<Solution>& 
       "<figure>{}<figcaption>Bars: impacts; diamonds: contacts that open, stick or slip.</figcaption>"
       "<p class=\"links\"><code class=\"command\">{}</code></p></figure>\n",
       timeline_svg(info, solution), escape_html(command));
-  return html + site_table(table, "event-list", {}, shown.size() > 12);
+  return with_list ? html + site_table(table, "event-list", {}, shown.size() > 12) : html;
 }
 
 std::string contacts_html(const ProblemInfo& info) {
@@ -231,6 +233,7 @@ struct ProblemResults {
   /// The runs of each results file that has some, by problem; scenes of `fastest` have names of their own.
   std::vector<std::map<std::string, std::vector<FastestRun>>> competitions;
   std::vector<std::set<std::string>> problems;  ///< of each results file
+  std::map<std::string, std::string> proofs;    ///< of scenes that are proven: HTML, by the experiment `proofs`
 };
 
 /// The id of the problem of a run: of a scene file that of its case, or its name.
@@ -244,6 +247,10 @@ ProblemResults problem_results(const std::vector<ShownResults>& list) {
   for (const auto& shown : list) {
     auto& problems = results.problems.emplace_back();
     for (const auto& row : shown.results.rows) {
+      if (row.value("kind", "") == "proof" && row.value("decimals", 0) > 0)
+        results.proofs[row.at("scene")] =
+            fmt::format("<a href=\"../experiments/{}.html\">{} to {} decimals</a>", site_id(shown.results.experiment()),
+                        row.at("grade").get<std::string>(), row.at("decimals").get<int>());
       for (const char* field : {"problem", "scene"}) {
         if (const auto name = row.find(field); name != row.end() && name->is_string()) problems.insert(*name);
       }
@@ -304,13 +311,19 @@ SitePage page_of(const SceneEntry& scene, const std::vector<ShownResults>& list,
                              reference::kCertifiedFile);
   if (formulas != nullptr)
     page.html += fmt::format("<dt>as a file</dt><dd><code>ricochet export -p {0} -o {0}.json</code></dd>", scene.id);
+  const ProvenMotion proven = proven_motion(*problem);
+  const auto published = results.proofs.find(scene.id);  // by a proof that may take longer
+  const bool is_published = proven.section.empty() && published != results.proofs.end();
+  if (const auto& summary = is_published ? published->second : proven.summary; !summary.empty())
+    page.html += fmt::format("<dt>motion</dt><dd>{}</dd>", summary);
   page.html += "</dl>\n";
   const auto motion = shown_motion(*problem);
   page.html += sketch_html(*problem, motion ? *motion : Solution());
   const bool is_assembled = problem->symbolic() == nullptr;
   page.html += statement_html(scene, !is_assembled);
   page.html += is_assembled ? assembled_equations_html() : equations_html(*formulas);
-  page.html += contacts_html(info) + events_html(info, motion) + speed_html(results, scene.id);
+  page.html += contacts_html(info) + proven.section + events_html(info, motion, proven.section.empty()) +
+               speed_html(results, scene.id);
   page.html += site_heading("Methods", "methods") + methods_html(info) + experiments_html(list, results, scene.id);
   return page;
 }

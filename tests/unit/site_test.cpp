@@ -18,6 +18,7 @@
 #include "bench/studies/grid/fastest_rows.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"
+#include "reference/certified/certified_motion.h"
 #include "reports/drawing/scene_drawing.h"
 #include "reports/render/gnuplot.h"
 #include "reports/text_file.h"
@@ -149,6 +150,7 @@ class Site : public testing::Test {
         "results", path,
         R"~({"kind": "header", "schema": 1, "experiment": "small", "title": "A <small> one", "command": "ricochet x"}
 {"kind": "run", "problem": "cart", "title": "A & B", "discretisation": "FESD", "t": [0.5, 1], "q": [[1], [2]], "v": [[3], [-9.5]]}
+{"kind": "proof", "scene": "bead_row", "grade": "assumed", "decimals": 31}
 {"kind": "end"}
 )~");
     ShownResults shown{read_results(path), {}};
@@ -356,6 +358,24 @@ TEST_F(Site, TellsOfMethodsAndProblems) {
   const std::string& row = pages["problems/bead_row.html"];
   EXPECT_NE(row.find("<pre class=\"statement\""), std::string::npos);
   EXPECT_NE(row.find("operatorname{diag}(m)"), std::string::npos) << "it has no formulas of all coordinates";
+}
+
+TEST_F(Site, ShowsProvenDigits) {
+  const std::string &ball = pages["problems/bouncing_ball.html"], &column = pages["problems/block_column.html"],
+                    &beads = pages["problems/bead_row.html"];
+  const bool is_proven = beads.find("id=\"truth\"") != std::string::npos;  // on the page itself, or else published
+  EXPECT_NE(beads.find("<a href=\"../experiments/small.html\">assumed to 31 decimals</a>") != std::string::npos,
+            is_proven);
+  if (!reference::certified::can_certify()) {
+    EXPECT_EQ(ball.find("proven"), std::string::npos);
+    return;
+  }
+  EXPECT_NE(ball.find(">proven to 30 decimals</a>"), std::string::npos);
+  // sqrt(1.8 / 9.81) = 0.42835293687811934009018405632532...
+  EXPECT_NE(ball.find("0.428352936878119340090184056325…"), std::string::npos) << "time of the first impact";
+  EXPECT_EQ(ball.find("id=\"event-list\""), std::string::npos) << "events are listed once";
+  const bool is_open = column.find("<dt>motion</dt><dd>not proven: ") != std::string::npos;
+  EXPECT_EQ(column.find("id=\"event-list\"") != std::string::npos, is_open);
 }
 
 }  // namespace
