@@ -124,6 +124,12 @@ void HybridMotion::run() {
 }
 
 void HybridMotion::run_to_end() {
+  constexpr double kStiffLoss = 8;  // slow slip in space is stiff: the mean value form keeps digits that boxes lose
+  const auto lost_digits = [&] {
+    double worst = -1e9;
+    for (const Ball& x : set_.box()) worst = std::max(worst, x.log10_radius());
+    return worst + static_cast<double>(p_.precision().bits) * std::log10(2.0);
+  };
   begin();
   for (bool is_last = false; !is_last;) {
     limit_.check();
@@ -132,6 +138,11 @@ void HybridMotion::run_to_end() {
         throw Undecided(fmt::format("the enclosure is too wide at t = {}", short_text(t_)));
     }
     leave_room();
+    const bool slips_in_space = std::ranges::count(states_.modes, Mode::slip) > 0;
+    if (slips_in_space && !options_.with_steps && !set_.mean_value_form() && lost_digits() > kStiffLoss) {
+      set_.take_mean_value_form();
+      set_.begin(motion_);
+    }
     for (int i = 0; i < scene_.n_c(); ++i) {
       if (states_.modes[i] == Mode::slip && states_.starting.count(i) == 0) pass_slip_end(i);
     }
