@@ -20,8 +20,8 @@
 
 namespace ricochet::reference {
 
-/// The final state of the problem from its stored proof, or from a new one. A proof may rely on listed assumptions. Events
-/// are proven, too, but are not part of the solution here.
+/// The final state of the problem from its stored proof, or from a new one. A proof may rely on listed assumptions.
+/// Events are proven, too, but are not part of the solution here.
 /// @param max_seconds  wall time of both new proofs [s]
 /// @returns nothing where the new proof is open or not to 17 digits, or where the program was built without Arb
 std::optional<Reference> proven_reference(const Problem& problem, double max_seconds = 2);

@@ -8,9 +8,9 @@
 #include "reference/ground_truth.h"
 
 /// @file
-/// Solutions known to many digits: known_solution(). The cases of reference/data/ground_truth.json are in the program, with their
-/// solutions; they register themselves as scenes (problems/registry.h). Other files of reference/data/ and of users state
-/// scenes and solutions in the same format, and are read when they are named.
+/// Solutions known to many digits: known_solution(). The cases of reference/data/ground_truth.json are in the program,
+/// with their solutions; they register themselves as scenes (problems/registry.h). Other files of reference/data/ and of
+/// users state scenes and solutions in the same format, and are read when they are named.
 
 namespace ricochet::reference {
 

@@ -9,7 +9,8 @@
 namespace ricochet {
 
 /// Saves a scene on which methods disagree, one of them hangs, or fesd_adaptive declines.
-/// The scene is minimised while this finding remains, and saved with the command lines that repeat it as comments at the top.
+/// The scene is minimised while this finding remains, and saved with the command lines that repeat it as comments at the
+/// top.
 /// @param scene   of a scene file
 /// @param found   verdict of judge()
 /// @param seconds wall time that the minimiser may take

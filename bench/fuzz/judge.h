@@ -20,8 +20,8 @@ struct JudgeOptions {
   decltype(&prove_scene) prover = &prove_scene;  ///< for tests of the rule
 };
 
-/// The judge of random scenes: five methods that share little of their numerics are asked for the final state x = (q,
-/// v), each in a process of its own that is killed after twice the time limit.
+/// The judge of random scenes: five methods that share little of their numerics compute the final state x = (q, v),
+/// each in a process of its own that is killed after twice the time limit.
 ///
 ///   a  fesd_adaptive:radau-iia:4               tolerance 1e-10
 ///   f  fesd:radau-iia:3,elements=as_needed     a few hundred steps
@@ -32,17 +32,17 @@ struct JudgeOptions {
 /// First `ricochet truth` is asked for a proof of the motion, x_t with a bound d_t of its error. Where there is one of
 /// grade proven or assumed, it alone decides: every method is compared with it, as in (9), and not with other methods.
 ///
-/// x is in metres and seconds: answers of a scene with parameters unit_length and unit_time are divided by these units.
+/// x is in metres and seconds: results of a scene with parameters unit_length and unit_time are divided by these units.
 /// The tolerance of a method is absolute for numbers below 1. So it is multiplied by the smallest of 1 and the units of
-/// length and velocity, down to 1e-15, which is the least that methods take.
+/// length and velocity, down to 1e-15, which is the least that methods accept.
 ///
 /// First each is allowed an error d, max-norm; s is the largest number in x, at least 1:
 ///
 ///   d_a = d_c = d_e = 1e-6 s r,   d_f = 1e-6 s,   d_m = 1e-6 s + 10 |x_N - x_N'|                              (1)
 ///
-/// with N and N' = 4 N steps of Moreau-Jean, whose error falls like 1/N, but not evenly, and after impacts that
-/// accumulate more slowly, like N^-0.35 in what was seen. r is 1, or 1e-15 over the tolerance wanted where that is
-/// smaller. Two methods agree when
+/// with N and N' = 4 N steps of Moreau-Jean, whose error falls like 1/N, but not evenly. After impacts that accumulate
+/// it falls more slowly, in observed cases like N^-0.35. r is the larger of 1 and 1e-15 over the tolerance
+/// without that limit. Two methods agree when
 ///
 ///   |x_i - x_j| <= d_i + d_j                                                                                  (2)
 ///
@@ -54,22 +54,22 @@ struct JudgeOptions {
 ///
 ///   d_i = 1e-6 s r + min(|x_1e-10 - x_1e-12|, 1e-5 s r),  i = a, e                                              (3)
 ///
-/// c  answers with 1e-12, or 1e-11 where that fails: it ends 1e-3 off at 1e-10 where impacts accumulate, whose flights
-///    become lower than its errors. With the tolerance 10 times as large in x',
+/// c  uses the tolerance 1e-12, or 1e-11 if that fails. With 1e-10 it ends 1e-3 off where impacts accumulate, because
+///    the flights become lower than its errors. With x' the result at a tolerance 10 times as large,
 ///
 ///   d_c = 1e-6 s r + 3 |x - x'|                                                                                (4)
 ///
-/// f  and m get two and ten times as many steps. A bounce that falls into a step of f, or of m, is closed or not as the
-///    step has it, so that answers may jump:
+/// f  and m get two and ten times as many steps. Whether they close a bounce that falls into a step depends on the
+///    position of the step, so that results may jump:
 ///
 ///   d_f = 1e-6 s + 10 |x_N - x_N'|,   N' = 4 N                                                                (5)
 ///   d_m = 1e-6 s + max(10 |x_N - x_N'|, 3 |x_N'/10 - x_N'|)                                                   (6)
 ///
-/// One of them that fails then keeps its answer with d = 1e-2 s.
+/// If more runs of c, f or m fail, the method keeps its last result with d = 1e-2 s.
 ///
-/// The sensitivity of the motion to small changes is measured, too: a, c and e run with forces disturbed by +-1e-9 of g, and K is
-/// the largest change of x, by a disturbance or by the tolerance 1e-12 in place of 1e-10. Of the three K the smallest
-/// counts, since a method that is wrong may be so in one run and not in the next, and must not be its own excuse:
+/// The sensitivity of the motion to small changes is measured, too: a, c and e run with forces disturbed by +-1e-9 of
+/// g, and K is the largest change of x, by a disturbance or by the tolerance 1e-12 in place of 1e-10. The smallest of
+/// the three K counts, since a faulty method may err in one run and not in the next, which must not excuse it:
 ///
 ///   d_i := d_i + 30 K                                                                                         (7)
 ///

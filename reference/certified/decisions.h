@@ -103,19 +103,22 @@ class Decisions {
   /// are zero by their formulas has the same motion as the one with these contacts open; both are one alternative.
   /// Contacts that exchange no momentum are decided one group after the other.
   ///
-  /// Combinations with redundant rows are refuted as a RedundantRow, or they have the same motion as others. Let C be the
-  /// coordinates of a group. Rows of closed and of sticking contacts whose formulas do not depend on time, and in which
-  /// all entries outside of S are zero by their formulas, keep v_S = 0 if they have full rank on S and v_S = 0 now. Of two
-  /// contacts with the same slip velocity that slip in opposite directions, the row of slip is one of them. With T the
-  /// rest of C,
+  /// Combinations with redundant rows are refuted by a RedundantRow, or they have the same motion as others. Let C be
+  /// the coordinates of a group. Take the rows of closed and of sticking contacts whose formulas do not depend on time
+  /// and whose entries outside of S are zero by their formulas. If v_S = 0 now and these rows have full rank on S, they
+  /// keep v_S = 0. If two contacts with the same slip velocity slip in opposite directions, their row of slip is one of
+  /// these rows. Let T be the rest of C. It contains the coordinates of the normal of a contact whose friction acts on T.
+  /// The contacts j that reach T satisfy
   ///
   ///     M_TT a_T - sum_j c_T,j lambda_j = f_T,   d/dt w_j = 0                                                     (3)
   ///
-  /// with the contacts j that reach T; coordinates of the normals of those whose friction does belong to T. If (3) is regular, S and the modes of these contacts determine the motion; others
-  /// that touch keep their gap. T rests, too, if v_T = 0 and a_T = 0 exactly, and a_T depends on q_C and v_C only.     (4)
+  /// If (3) is regular, S and the modes of these contacts determine the motion; the other contacts keep their gap. T
+  /// rests, too, if
   ///
-  /// Combinations with the same motion are one alternative. It is proven if some forces satisfy (1): those of independent
-  /// rows, with all other forces constant. These stay left out as long as the modes last.
+  ///     v_T = 0 and a_T = 0 exactly, and a_T depends on q_C and v_C only                                          (4)
+  ///
+  /// Combinations with the same motion are one alternative. It is proven if some forces satisfy (1): those of
+  /// independent rows, with all other forces constant. These forces stay left out as long as the modes last.
   ///
   /// @param slip_sign  of v_t, of all contacts; 0 where it is exactly zero
   /// @throws Undecided, Unsupported
@@ -147,7 +150,8 @@ class Decisions {
   void open_contact(const std::vector<Ball>& x, const Ball& t, int contact, ContactStates& states);
   /// The sticking force of `event` reaches the friction cone: the contact slips.
   void begin_slip(const std::vector<Ball>& x, const Ball& t, const EventFunction& event, ContactStates& states);
-  /// The slip of a contact, and of those with the same slip, vanishes. @returns the kind of event: slip_to_stick, slip_reversal or slip_end
+  /// The slip of a contact vanishes, and that of all contacts with the same slip velocity.
+  /// @returns the kind of event: slip_to_stick, slip_reversal or slip_end
   std::string end_slip(const std::vector<Ball>& x, const Ball& t, const EventFunction& event, ContactStates& states);
 
   // Zeros of the state that contacts imply (exact_zeros.cpp).

@@ -10,7 +10,7 @@ constexpr int kMostArcs = 20000;      // that are looked at; directions are unde
 constexpr int kMostBisections = 50;   // of one of them
 constexpr int kMostIterations = 60;   // of Newton's operator
 constexpr int kQuarters = 4;          // arcs at the beginning
-constexpr double kFirstAngle = 0.37;  // unlikely to be a solution: its arcs end at simple fractions of the circle
+constexpr double kFirstAngle = 0.37;  // where the first arc begins: no end of an arc is likely to be a solution
 
 /// The search of slip_directions().
 class DirectionSearch {
@@ -78,7 +78,7 @@ class DirectionSearch {
   /// Values at an angle, or on an arc.
   struct Values {
     std::array<Ball, 2> d;
-    Ball D, S, F, slope;  ///< with the sense of b: D > 0 and S > 0 are required
+    Ball D, S, F, slope;  ///< multiplied by the sign of b: D > 0 and S > 0 are required
     std::array<Ball, 2> u;
   };
 

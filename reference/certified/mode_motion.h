@@ -80,8 +80,9 @@ struct SlipStart {
 /// some unknowns are left out together with their rows: their forces are constant, mostly zero.
 ///
 /// Rows whose entries are zero by their formulas outside of some coordinates S, and which have full rank there, keep
-/// v_S = 0 as long as the modes last. If then a row of a normal has two entries left, which are opposite by their formulas,
-/// v_k = v_l of its coordinates. Slip velocities are taken with these equations, so that equal ones are one formula.
+/// v_S = 0 as long as the modes last. If then a row of a normal has two entries left, which are opposite by their
+/// formulas, v_k = v_l of its coordinates. Slip velocities are taken with these equations, so that equal ones are one
+/// formula.
 struct ModeMotion {
   std::vector<Node> acceleration;             ///< n
   std::map<int, Node> normal_force;           ///< of contacts that are closed [N]

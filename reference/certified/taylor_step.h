@@ -79,7 +79,7 @@ class TaylorStep {
   /// Value of an entry of the variation at t = tau h.
   Ball at_of_variation(Node phi, double h, const Ball& tau, slong bits) const;
 
-  static constexpr slong kVariationBits = 96;  ///< the variation multiplies radii only
+  static constexpr slong kVariationBits = 96;  ///< enough: the variation multiplies radii only
   /// Degree D of the variation's polynomials, a third of N. Where the last term of the motion is (z h)^N / N! = 2^-bits,
   /// that of degree D is about 2^(-(bits - N log2(3)) / 3), which is 2^(-bits / 7); of a series with a radius of
   /// convergence it is 2^(-bits / 3). A relative error of this size does not matter to radii.
