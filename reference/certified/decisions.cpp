@@ -112,6 +112,10 @@ void Decisions::check_alternative(const std::vector<Ball>& x, const Ball& t, con
   constexpr int kFirstOrder = 2, kLastOrder = 8;
   bool has_no_acceleration_of_rest = false;
   step_.load(x, t);
+  if (alternative.starting.empty() && is_refuted(group, slip_sign, alternative)) {
+    alternative.sign = Sign::negative;
+    return;
+  }
   alternative.kept = kept_at_rest(group, alternative.modes);
   try {
     step_.load(x, t);
@@ -128,8 +132,6 @@ void Decisions::check_alternative(const std::vector<Ball>& x, const Ball& t, con
     }
     has_no_acceleration_of_rest = has_no_acceleration(motion, group, alternative.kept);
   } catch (const Undecided&) {  // singular equations
-    step_.load(x, t);
-    if (is_refuted_as_redundant(group, slip_sign, alternative.modes)) alternative.sign = Sign::negative;
   }
   if (alternative.sign == Sign::negative) return;
   if (has_no_acceleration_of_rest) alternative.kept = group.pushed;

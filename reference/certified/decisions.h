@@ -206,7 +206,7 @@ class Decisions {
                          ModeAlternative& alternative);
   // redundant_contacts.cpp
   bool depends_on_others(const ModeMotion& motion, const Group& group, bool with_time) const;
-  bool is_refuted_as_redundant(const Group& group, const std::vector<int>& slip_sign, const std::vector<Mode>& modes);
+  bool is_refuted(const Group& group, const std::vector<int>& slip_sign, const ModeAlternative& alternative);
   std::vector<int> kept_at_rest(const Group& group, const std::vector<Mode>& modes);
   void set_reaching(const Group& group, const std::vector<int>& slip_sign, ModeAlternative& alternative);
   bool has_no_acceleration(const ModeMotion& motion, const Group& group, const std::vector<int>& kept);

@@ -44,6 +44,7 @@ class ModeEquations {
   }
 
   ModeSystem system() {
+    for (int i = 0; i < scene_.n_c(); ++i) motion_.friction[i].resize(scene_.contacts[i].n_t());  // of those left out
     add_unknowns();
     ModeSystem system;
     system.unknowns = unknowns_;
@@ -304,8 +305,9 @@ Node bias_of(Node rate, const SceneFormulas& scene, SeriesProgram& p) {
   return sum;
 }
 
-ModeSystem mode_system(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program) {
-  return ModeEquations(scene, modes, program).system();
+ModeSystem mode_system(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program,
+                       const LeftOut& left_out) {
+  return ModeEquations(scene, modes, program, left_out).system();
 }
 
 bool is_at_rest_with_its_bodies(const SceneFormulas& scene, int i, SeriesProgram& program) {

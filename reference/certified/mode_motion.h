@@ -108,7 +108,8 @@ struct ModeSystem {
   std::vector<Ball> b;
 };
 /// The equations of the `modes`.
-ModeSystem mode_system(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program);
+ModeSystem mode_system(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program,
+                       const LeftOut& left_out);
 
 /// Whether the formulas of gap and slip velocities of a contact do not depend on time: df_c/dt = 0, v_t = J_t' v.
 bool is_at_rest_with_its_bodies(const SceneFormulas& scene, int contact, SeriesProgram& program);

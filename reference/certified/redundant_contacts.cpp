@@ -92,7 +92,7 @@ void Decisions::set_reaching(const Group& group, const std::vector<int>& slip_si
     else
       others_rest = others_rest && slip_sign[i] == 0 && is_at_rest_with_its_bodies(scene_, i, p_);
   }
-  const ModeSystem system = mode_system(scene_, alternative.modes, p_);
+  const ModeSystem system = mode_system(scene_, alternative.modes, p_, alternative.left_out);
   std::vector<std::size_t> rows;
   for (const int k : group.pushed) {
     if (std::ranges::count(alternative.kept, k) == 0) rows.push_back(k);
@@ -150,15 +150,23 @@ std::vector<LinearForm> Decisions::inequalities(const Group& group, const std::v
   return forms;
 }
 
-/// At the loaded state.
-bool Decisions::is_refuted_as_redundant(const Group& group, const std::vector<int>& slip_sign,
-                                        const std::vector<Mode>& modes) {
-  const ModeSystem system = mode_system(scene_, modes, p_);
+/// Whether (1) is violated strictly, at the loaded state, before any formula of the motion is derived.
+bool Decisions::is_refuted(const Group& group, const std::vector<int>& slip_sign, const ModeAlternative& alternative) {
+  const Precision& a = p_.precision();
+  const ModeSystem system = mode_system(scene_, alternative.modes, p_, alternative.left_out);
   std::vector<std::size_t> order;
-  const std::vector<LinearForm> forms = inequalities(group, slip_sign, modes, system, order);
+  const std::vector<LinearForm> forms = inequalities(group, slip_sign, alternative.modes, system, order);
+  BallMatrix right;
+  for (const Ball& entry : system.b) right.push_back({entry});
+  if (const auto y = solve(system.A, right, a.bits)) {
+    return std::ranges::any_of(forms, [&](const LinearForm& form) {
+      Ball value = form.constant;
+      for (std::size_t k = 0; k < y->size(); ++k) value = a.add(value, a.mul(form.along[k], (*y)[k][0]));
+      return value.sign() == Sign::negative;
+    });
+  }
   for (const std::size_t j : order) {
-    const auto row = RedundantRow::without(system.A, system.b, j, p_.precision());
-    if (row) return row->is_refuted(forms);
+    if (const auto row = RedundantRow::without(system.A, system.b, j, a)) return row->is_refuted(forms);
   }
   return false;
 }
@@ -216,8 +224,9 @@ bool Decisions::find_forces(const std::vector<Ball>& x, const Ball& t, const Gro
     }
     if (satisfies(x, t, group, slip_sign, alternative, with_rows)) return true;
   } while (combination.next());
+  alternative.left_out = of_others;
   step_.load(x, t);
-  const ModeSystem system = mode_system(scene_, alternative.modes, p_);
+  const ModeSystem system = mode_system(scene_, alternative.modes, p_, alternative.left_out);
   std::vector<std::size_t> order;
   const std::vector<LinearForm> forms = inequalities(group, slip_sign, alternative.modes, system, order);
   for (const std::size_t j : order) {
