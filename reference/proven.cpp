@@ -77,9 +77,10 @@ Vector vector_of(const json& numbers) {
 std::optional<Proof> stored_proof(const Problem& problem) {
   static const json document = json::parse(kStoredProofs);
   if (!certified::is_small(problem) || !problem.formulas()) return std::nullopt;
-  const std::string hash = certified::sha256(scene_text(problem));
+  const std::string hash = hash_of_formulas(problem);
   const auto& proofs = document.at("proofs");
-  const auto known = std::ranges::find_if(proofs, [&](const json& entry) { return entry.at("scene_sha256") == hash; });
+  const auto known =
+      std::ranges::find_if(proofs, [&](const json& entry) { return entry.at("formulas_sha256") == hash; });
   if (known == proofs.end()) return std::nullopt;
   Proof proof{known->at("grade"), known->at("decimals"), vector_of(known->at("q")), vector_of(known->at("v")), 0,
               std::nullopt};
@@ -90,6 +91,10 @@ std::optional<Proof> stored_proof(const Problem& problem) {
 }
 
 }  // namespace
+
+std::string hash_of_formulas(const Problem& problem) {
+  return certified::sha256(scene_text(problem, {.with_title = false}));
+}
 
 std::optional<Reference> proven_reference(const Problem& problem, double max_seconds) {
   auto proof = stored_proof(problem);

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <optional>
+#include <string>
 
 #include "reference/agreement.h"
 
@@ -15,10 +16,14 @@
 /// with x_rounded from a second proof, of the rounded scene. Where that one is open, for example because a gap of zero
 /// is 1e-17 after rounding, kRounding max|x| takes the place of the second term, and Reference::how reports this.
 ///
-/// reference/data/proofs.json, which is in the program, has the proofs of published scenes; a scene is found by the hash
-/// of scene_text(). So they hold without Arb, and those that take minutes are done once.
+/// reference/data/proofs.json, which is in the program, has the proofs of published scenes; a scene is found by
+/// hash_of_formulas(). So they hold without Arb, and those that take minutes are done once.
 
 namespace ricochet::reference {
+
+/// SHA-256 of the scene without its names: scene_text() with the parameters and the initial state of the problem.
+/// @throws InputError for a problem that is not made of formulas
+std::string hash_of_formulas(const Problem& problem);
 
 /// The final state of the problem from its stored proof, or from a new one. A proof may rely on listed assumptions.
 /// Events are proven, too, but are not part of the solution here.

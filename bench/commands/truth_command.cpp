@@ -9,9 +9,8 @@
 #include "bench/commands/number_checks.h"
 #include "bench/commands/problem_options.h"
 #include "problems/input_error.h"
-#include "problems/scene_file/scene_writer.h"
 #include "reference/certified/certificate.h"
-#include "reference/certified/sha256.h"
+#include "reference/proven.h"
 #include "reports/text_file.h"
 
 namespace ricochet {
@@ -23,7 +22,6 @@ using reference::certified::CertifiedMotion;
 using reference::certified::CertifiedNumber;
 using reference::certified::Grade;
 using reference::certified::Reading;
-using reference::certified::sha256;
 
 struct TruthArguments {
   ProblemOptions problem;
@@ -78,7 +76,7 @@ ordered_json json_of(const std::vector<CertifiedNumber>& numbers) {
 ordered_json json_of(const CertifiedMotion& motion, std::optional<double> moved, const Problem& problem) {
   ordered_json document = {{"problem", problem.info().id}, {"grade", name_of(motion.grade)}, {"reason", motion.reason}};
   if (reference::certified::is_small(problem) && problem.formulas())
-    document["scene_sha256"] = sha256(scene_text(problem));
+    document["formulas_sha256"] = reference::hash_of_formulas(problem);
   document["assumptions"] = motion.assumptions;
   document["reading"] = motion.reading == Reading::decimal ? "decimal" : "rounded";
   document["moved_by_rounding"] = moved ? ordered_json(*moved) : ordered_json();

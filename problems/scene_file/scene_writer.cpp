@@ -76,8 +76,9 @@ std::string scene_text(const Problem& problem, const SceneTextOptions& options) 
         exact ? expression_text(*exact) : fmt::format("{}", parameter.value);  // the shortest that reads back exactly
     if (!parameter.unit.empty()) scene["units"][parameter.name] = parameter.unit;
   }
-  scene["q0"] = start_texts(model.q0, problem.stated_q0(), info.q0);
-  scene["v0"] = start_texts(model.v0, problem.stated_v0(), info.v0);
+  const bool is_current = options.with_set_state;
+  scene["q0"] = is_current ? start_texts(model.q0, problem.stated_q0(), info.q0) : texts(model.q0);
+  scene["v0"] = is_current ? start_texts(model.v0, problem.stated_v0(), info.v0) : texts(model.v0);
   scene["T"] = expression_text(model.end_time);
   if (model.geometry) scene["geometry"] = geometry_json(model);
   scene["M"] = texts(model.mass);
@@ -99,6 +100,7 @@ std::string scene_text(const Problem& problem, const SceneTextOptions& options) 
   }
   if (model.potential_energy) scene["potential_energy"] = expression_text(*model.potential_energy);
 
+  if (!options.with_title) return ordered_json{{"problem", scene}}.dump();
   ordered_json document = {{"id", model.id}, {"title", model.title}, {"source", model.source}};
   if (!model.hard_feature.empty()) document["hard_feature"] = model.hard_feature;
   document["conventions"] = kConventions;

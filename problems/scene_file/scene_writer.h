@@ -9,13 +9,15 @@
 
 namespace ricochet {
 
-/// Optional fields that scene_text() writes.
+/// What scene_text() writes.
 struct SceneTextOptions {
-  bool with_normals = false;  ///< "Jn" of every contact, for readers that cannot differentiate
+  bool with_normals = false;   ///< "Jn" of every contact, for readers that cannot differentiate
+  bool with_set_state = true;  ///< the initial state that was set, not its formulas
+  bool with_title = true;      ///< id, title, source, hard feature and conventions
 };
 
 /// The problem as a scene file for read_scene_file(): formulas in terms of the parameters, with the values of these, the
-/// initial state and the impact law of `problem`. Equal problems give equal texts. `options` add fields.
+/// initial state and the impact law of `problem`. Equal problems give equal texts.
 /// @throws InputError for a problem that is not made of formulas
 std::string scene_text(const Problem& problem, const SceneTextOptions& options = {});
 

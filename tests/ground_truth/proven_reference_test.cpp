@@ -7,9 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "problems/registry.h"
-#include "problems/scene_file/scene_writer.h"
 #include "reference/certified/certified_motion.h"
-#include "reference/certified/sha256.h"
 #include "reference/proven.h"
 #include "reference/truths.h"
 #include "tests/test_data.h"
@@ -104,7 +102,7 @@ TEST(StoredProofs, BelongToTheScenesOfToday) {
   const auto proofs = stored_proofs();
   EXPECT_GE(proofs.size(), 40U);
   for (const auto& proof : proofs)
-    EXPECT_EQ(reference::certified::sha256(scene_text(*problem_of(proof))), proof.at("scene_sha256"))
+    EXPECT_EQ(reference::hash_of_formulas(*problem_of(proof)), proof.at("formulas_sha256"))
         << proof.at("scene") << proof.at("parameters");
 }
 
