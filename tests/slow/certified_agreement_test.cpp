@@ -28,6 +28,13 @@ double distance_to_nearest(double t, const std::vector<double>& times) {
   return nearest;
 }
 
+/// An impact with an approach velocity that only the rounding of the scene's numbers makes: a reference sees none.
+bool is_rounding(const CertifiedEvent& event) {
+  constexpr double kImpulse = 1e-15;  // some roundings of the scenes, whose masses and velocities are of size one [N s]
+  return event.kind == "impact" &&
+         std::ranges::all_of(event.Lambda_n, [](const auto& impulse) { return std::abs(value(impulse)) < kImpulse; });
+}
+
 /// Largest difference of the final state and of the times of events. One list may have several events where the other
 /// has one: a contact that opens in an impact of another one.
 double difference(const CertifiedMotion& proven, const Solution& solution) {
@@ -40,7 +47,9 @@ double difference(const CertifiedMotion& proven, const Solution& solution) {
   // References resolve fewer impacts that accumulate, and claim nothing of their times.
   if (!proven.events.empty() && proven.events.back().kind == "zeno_end") return largest;
   std::vector<double> times, others;
-  for (const auto& event : proven.events) times.push_back(value(event.time));
+  for (const auto& event : proven.events) {
+    if (!is_rounding(event)) times.push_back(value(event.time));
+  }
   for (const auto& event : solution.events) others.push_back(event.t);
   for (const double t : times) largest = std::max(largest, distance_to_nearest(t, others));
   for (const double t : others) largest = std::max(largest, distance_to_nearest(t, times));
@@ -57,7 +66,7 @@ std::vector<std::string> scenes_in(const std::string& folder) {
   for (const auto& file : std::filesystem::directory_iterator(folder)) {
     if (file.path().extension() != ".json") continue;
     const auto document = nlohmann::json::parse(std::ifstream(file.path()));
-    if (document.contains("problem")) names.push_back(file.path().string());
+    if (document.contains("problem") || document.contains("T")) names.push_back(file.path().string());
     for (const auto& entry : document.value("cases", nlohmann::json::array())) {
       if (entry.contains("problem")) names.push_back(file.path().string() + "#" + entry.at("id").get<std::string>());
     }
