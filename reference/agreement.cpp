@@ -161,7 +161,7 @@ Reference make_reference(const Problem& problem, double tolerance) {
   if (!best.events.empty()) {       // CVODE locates a root to within 100 roundings of t
     least = std::max(least, 100 * std::numeric_limits<double>::epsilon() * best.events.back().t);
   }
-  reference.uncertainty = 3 * std::max(difference, least);
+  reference.uncertainty = std::max(5 * difference, 10 * least);
   reference.how =
       fmt::format("CVODE with event location, Adams and BDF at {:.0e} and {:.0e}{}", tolerance, 10 * tolerance,
                   problem.info().structure.has_bounds ? "" : ", with steps bounded by the gaps for want of enclosures");

@@ -32,10 +32,10 @@ struct Reference {
 /// except the last ones of an accumulation: rounding decides how many impacts are resolved before one counts as
 /// plastic. Events within 1e-5 of the end time of each other, with two impacts of one contact among them, are therefore
 /// compared by their limit: the time of the last one, to 1e-5 of the end time, and the modes after it. The claimed
-/// uncertainty is three times the largest difference between the tighter Adams run and the looser Adams run or the
-/// tighter BDF run, and at least three tolerances. The two integrators share no formula, and a tolerance ten times
-/// looser has a larger error; an error common to all three would have to be in the event logic. The looser BDF run must
-/// follow the same motion.
+/// uncertainty is five times the largest difference between the tighter Adams run and the looser Adams run or the
+/// tighter BDF run, and at least ten tolerances; proofs showed three times to be too few. The two integrators share no
+/// formula, and a tolerance ten times looser has a larger error; an error common to all three would have to be in the
+/// event logic. The looser BDF run must follow the same motion.
 /// @throws std::runtime_error if a run fails or the events differ, with the reason and the contacts
 Reference make_reference(const Problem& problem, double tolerance = 1e-14);
 
