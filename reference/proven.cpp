@@ -58,7 +58,8 @@ double largest_radius(const CertifiedMotion& motion) {
 }
 
 std::optional<Proof> new_proof(const Problem& problem, double max_seconds) {
-  const CertifiedMotion motion = certified::certified_motion(problem, {.digits = kDigits, .max_seconds = max_seconds});
+  const CertifiedMotion motion =
+      certified::certified_motion(problem, {.digits = kDigits, .max_seconds = max_seconds, .may_compute = false});
   if (!is_certain(motion)) return std::nullopt;
   Proof proof{name_of(motion.grade), motion.decimals(),      rounded(motion.q),
               rounded(motion.v),     largest_radius(motion), std::nullopt};

@@ -36,9 +36,11 @@ FuzzTruth truth_of_motion(const CertifiedMotion& motion, const ProblemInfo& info
 }  // namespace
 
 FuzzTruth prove_scene(const Problem& problem, const reference::certified::Options& options) {
+  reference::certified::Options proof_only = options;
+  proof_only.may_compute = false;  // a computed motion is no truth for a judge
   const auto begin = std::chrono::steady_clock::now();
   const IsolatedResult ended =
-      run_isolated([&] { return json(truth_of_motion(certified_motion(problem, options), problem.info())).dump(); },
+      run_isolated([&] { return json(truth_of_motion(certified_motion(problem, proof_only), problem.info())).dump(); },
                    10 * (options.max_seconds + 1));
   FuzzTruth truth;
   if (ended.ending == IsolatedResult::Ending::returned) {

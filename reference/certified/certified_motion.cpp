@@ -8,7 +8,7 @@ CertifiedMotion certified_motion(const Problem& problem, const Options& options)
   const TimeLimit limit(options.max_seconds);
   Attempt last = attempts(problem, options, limit);
   const bool is_tie = last.motion.grade == Grade::open && (last.accumulates || last.is_undecided);
-  if (is_tie) take_computed(last.motion, problem, options, limit);
+  if (is_tie && options.may_compute) take_computed(last.motion, problem, options, limit);
   last.motion.reading = options.reading;
   last.motion.seconds = limit.seconds();
   return last.motion;

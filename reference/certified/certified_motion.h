@@ -38,6 +38,7 @@ struct Options {
   double order_per_bit = 0.35;         ///< N = order_per_bit * bits
   bool with_steps = false;             ///< fill CertifiedMotion::steps, for certificates, and leave room in all balls
   bool mean_value_form = false;        ///< begin with the mean value form instead of boxes
+  bool may_compute = true;             ///< try the grade `computed` where a proof fails
 };
 
 /// A number with proven digits: |value - text| <= radius.
