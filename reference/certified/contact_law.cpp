@@ -6,19 +6,12 @@ ContactLaw contact_law(const SceneFormulas& scene, int contact, SeriesProgram& p
   const Precision& a = program.precision();
   std::vector<std::vector<Node>> rows{scene.contacts[contact].J_n};
   rows.insert(rows.end(), scene.contacts[contact].J_t.begin(), scene.contacts[contact].J_t.end());
-  BallMatrix M, columns(scene.n), J;
-  for (const auto& row : rows) {
-    J.emplace_back();
-    for (int r = 0; r < scene.n; ++r) {
-      J.back().push_back(program.value_of(row[r]));
-      columns[r].push_back(J.back().back());
-    }
+  const BallMatrix J = program.values_of(rows);
+  BallMatrix columns(scene.n);
+  for (const auto& row : J) {
+    for (int r = 0; r < scene.n; ++r) columns[r].push_back(row[r]);
   }
-  for (const auto& row : scene.M) {
-    M.emplace_back();
-    for (const Node entry : row) M.back().push_back(program.value_of(entry));
-  }
-  auto moved = solve(M, columns, a.bits);
+  auto moved = solve(program.values_of(scene.M), columns, a.bits);
   if (!moved) throw Undecided("the mass matrix may be singular at " + scene.contacts[contact].name);
   ContactLaw law{std::move(*moved), BallMatrix(J.size(), std::vector<Ball>(J.size()))};
   for (std::size_t i = 0; i < J.size(); ++i) {

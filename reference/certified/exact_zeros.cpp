@@ -21,17 +21,12 @@ Decisions::ContactZeros Decisions::zeros_of(const ContactStates& states) const {
 void Decisions::narrow(std::vector<Ball>& x, const Ball& t, const ContactZeros& zeros) {
   const Precision& a = p_.precision();
   const int n = scene_.n;
-  const auto values = [&](const std::vector<Node>& nodes) {
-    std::vector<Ball> row;
-    for (const Node node : nodes) row.push_back(p_.value_of(node));
-    return row;
-  };
   // (5): gaps that do not belong to such a set are left out until the rest does.
   std::vector<int> gaps = zeros.touching;
   while (!gaps.empty()) {
     step_.load(x, t);
     BallMatrix J;
-    for (const int i : gaps) J.push_back(values(scene_.contacts[i].J_n));
+    for (const int i : gaps) J.push_back(p_.values_of(scene_.contacts[i].J_n));
     const std::vector<int> S = locked_coordinates(J, a);
     std::vector<Ball> y = x;
     std::vector<int> far;  // coordinates that are not zero
@@ -56,12 +51,12 @@ void Decisions::narrow(std::vector<Ball>& x, const Ball& t, const ContactZeros& 
   step_.load(at_rest, t);
   BallMatrix rows;  // J' v = 0, without a drift
   for (const int i : zeros.resting) {
-    if (p_.value_of(scene_.contacts[i].v_n).is_zero()) rows.push_back(values(scene_.contacts[i].J_n));
+    if (p_.value_of(scene_.contacts[i].v_n).is_zero()) rows.push_back(p_.values_of(scene_.contacts[i].J_n));
   }
   for (const int i : zeros.sticking) {
     const ContactFormulas& contact = scene_.contacts[i];
     for (int d = 0; d < contact.n_t(); ++d) {
-      if (p_.value_of(contact.v_t[d]).is_zero()) rows.push_back(values(contact.J_t[d]));
+      if (p_.value_of(contact.v_t[d]).is_zero()) rows.push_back(p_.values_of(contact.J_t[d]));
     }
   }
   for (const int k : locked_coordinates(rows, a)) x[n + k] = Ball();

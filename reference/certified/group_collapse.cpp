@@ -29,12 +29,7 @@ namespace {
 class Projection {
  public:
   Projection(const SceneFormulas& scene, SeriesProgram& program, std::vector<Ball> v)
-      : p_(program), a_(program.precision()), before_(v), v_(std::move(v)) {
-    for (const auto& row : scene.M) {
-      M_.emplace_back();
-      for (const Node entry : row) M_.back().push_back(p_.value_of(entry));
-    }
-  }
+      : p_(program), a_(program.precision()), M_(program.values_of(scene.M)), before_(v), v_(std::move(v)) {}
 
   const std::vector<Ball>& velocity() const { return v_; }
 
@@ -42,12 +37,9 @@ class Projection {
   void add(const std::vector<Node>& row, Ball rate) {
     constexpr double kDependent = 1e-10;
     const std::size_t n = v_.size();
-    std::vector<Ball> J;
+    std::vector<Ball> J = p_.values_of(row);
     BallMatrix right;
-    for (const Node entry : row) {
-      J.push_back(p_.value_of(entry));
-      right.push_back({J.back()});
-    }
+    for (const Ball& entry : J) right.push_back({entry});
     const auto moved = solve(M_, right, a_.bits);
     if (!moved) throw Undecided("the mass matrix may be singular where impacts accumulate");
     std::vector<Ball> c;

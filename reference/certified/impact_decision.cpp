@@ -178,9 +178,9 @@ class ImpactSystem {
     if (!in_space_) set_reaching(alternative, y);
   }
 
-  /// What determines v+: v_Z = 0 exactly, and for the other coordinates T the equations of T with the impulses that
-  /// are not exactly zero of contacts that reach T. If this system is regular, all combinations with the same Z and the
-  /// same modes of these contacts have the same v+.
+  /// Finds the equations that determine v+. Coordinates Z have v_Z = 0 exactly. The others, T, follow from the equations
+  /// of T with the impulses of the contacts that reach T, except impulses that are exactly zero. If this system is
+  /// regular, all combinations with the same Z and the same modes of these contacts have the same v+.
   void set_reaching(ImpactAlternative& alternative, const std::vector<Ball>& y) const {
     const std::size_t n = v_.size();
     std::vector<std::size_t> kept;  // rows and columns of T
@@ -375,17 +375,7 @@ ImpactOutcome Decisions::decide_impact(const std::vector<Ball>& x, const Ball& t
                                        const std::vector<char>& closed) {
   require_one_in_space(scene_, candidates);
   step_.load(x, t);
-  const auto values = [&](const std::vector<Node>& nodes) {
-    std::vector<Ball> list;
-    for (const Node node : nodes) list.push_back(p_.value_of(node));
-    return list;
-  };
-  const auto rows = [&](const std::vector<std::vector<Node>>& nodes) {
-    BallMatrix matrix;
-    for (const auto& row : nodes) matrix.push_back(values(row));
-    return matrix;
-  };
-  const BallMatrix M = rows(scene_.M);
+  const BallMatrix M = p_.values_of(scene_.M);
   const std::vector<Ball> v(x.begin() + scene_.n, x.end());
   std::vector<Strike> strikes;
   std::vector<std::vector<Mode>> options;
@@ -394,9 +384,9 @@ ImpactOutcome Decisions::decide_impact(const std::vector<Ball>& x, const Ball& t
     strikes.push_back({i,
                        closed[i] != 0,
                        p_.value_of(contact.v_n),
-                       values(contact.v_t),
-                       values(contact.J_n),
-                       rows(contact.J_t),
+                       p_.values_of(contact.v_t),
+                       p_.values_of(contact.J_n),
+                       p_.values_of(contact.J_t),
                        {},
                        {}});
     options.push_back(impact_options(contact));
@@ -406,7 +396,7 @@ ImpactOutcome Decisions::decide_impact(const std::vector<Ball>& x, const Ball& t
   step_.load(at_rest, t);
   for (Strike& s : strikes) {
     s.drift_n = p_.value_of(scene_.contacts[s.contact].v_n);
-    s.drift_t = values(scene_.contacts[s.contact].v_t);
+    s.drift_t = p_.values_of(scene_.contacts[s.contact].v_t);
   }
   Combinations combination(std::move(options));
   std::vector<ImpactAlternative> left;

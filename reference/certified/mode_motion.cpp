@@ -48,11 +48,10 @@ class ModeEquations {
     add_unknowns();
     ModeSystem system;
     system.unknowns = unknowns_;
-    for (const auto& row : matrix()) {
-      system.A.emplace_back();
-      for (const Node entry : row) system.A.back().push_back(p_.value_of(entry));
-      system.b.push_back(system.A.back().back());
-      system.A.back().pop_back();
+    system.A = p_.values_of(matrix());
+    for (auto& row : system.A) {
+      system.b.push_back(row.back());
+      row.pop_back();
     }
     return system;
   }
@@ -338,7 +337,7 @@ std::vector<int> locked_by(const SceneFormulas& scene, const std::vector<Mode>& 
   }
   BallMatrix values;
   for (Row& row : rows) {
-    for (const Node node : *row.nodes) row.values.push_back(program.value_of(node));
+    row.values = program.values_of(*row.nodes);
     values.push_back(row.values);
   }
   std::vector<int> locked = locked_coordinates(values, program.precision());

@@ -265,6 +265,18 @@ arb_srcptr SeriesProgram::value(Node i) {
   return nodes_[i].c.at(0);
 }
 
+std::vector<Ball> SeriesProgram::values_of(const std::vector<Node>& nodes) {
+  std::vector<Ball> values;
+  for (const Node node : nodes) values.push_back(value_of(node));
+  return values;
+}
+
+std::vector<std::vector<Ball>> SeriesProgram::values_of(const std::vector<std::vector<Node>>& rows) {
+  std::vector<std::vector<Ball>> values;
+  for (const auto& row : rows) values.push_back(values_of(row));
+  return values;
+}
+
 int SeriesProgram::leading(Node a, int first, int last) const {
   if (is_constant(a)) return first == 0 && !is_zero(a) ? 0 : last + 1;
   int k = first;

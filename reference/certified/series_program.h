@@ -73,6 +73,10 @@ class SeriesProgram {
   arb_srcptr value(Node a);
   /// The same as a ball.
   Ball value_of(Node a) { return Ball(value(a)); }
+  /// The same of several nodes.
+  std::vector<Ball> values_of(const std::vector<Node>& nodes);
+  /// The same of rows of nodes.
+  std::vector<std::vector<Ball>> values_of(const std::vector<std::vector<Node>>& rows);
   /// Computes coefficient k; those of lower order, and of the operands, must be there.
   void compute(Node a, int k, slong bits);
   /// The first k, from `first` to `last`, whose coefficient is not exactly zero; last + 1 if there is none.
