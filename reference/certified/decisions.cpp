@@ -153,54 +153,37 @@ bool Decisions::has_same_motion_kept(const ModeAlternative& one, const ModeAlter
   return one.has_one_motion && other.has_one_motion && one.kept == other.kept && one.reaching == other.reaching;
 }
 
-/// Slip from rest of the candidates in space that exchange no momentum with others: their directions do not depend on
-/// the modes of those.
-std::map<int, Decisions::SlipFromRest> Decisions::slips_from_rest(const std::vector<Ball>& x, const Ball& t,
-                                                                  const std::vector<int>& candidates,
-                                                                  const std::vector<int>& slip_sign,
-                                                                  const ContactStates& states) {
-  std::vector<int> all = candidates;
-  for (int j = 0; j < scene_.n_c(); ++j) {
-    if (states.modes[j] != Mode::open && std::ranges::count(candidates, j) == 0) all.push_back(j);
+/// Slip from rest of a contact in space that exchanges no momentum with others: its directions do not depend on their
+/// modes.
+Decisions::SlipFromRest Decisions::slip_from_rest(const std::vector<Ball>& x, const Ball& t, int i,
+                                                  bool sticks_at_limit) {
+  const ContactFormulas& contact = scene_.contacts[i];
+  std::vector<Mode> modes(scene_.n_c(), Mode::open);
+  step_.load(x, t);
+  const std::vector<Node> rates = contact_rates(mode_motion(scene_, modes, p_), contact, scene_, p_);
+  const ContactLaw law = contact_law(scene_, i, p_);
+  ContactInSpace in_space;
+  in_space.mu = contact.mu;
+  for (int r = 0; r < 3; ++r) {
+    std::ranges::copy(law.G[r], in_space.G[r].begin());
+    in_space.r[r] = p_.value_of(rates[r]);
   }
-  const std::vector<int> labels = momentum_groups(scene_, all, p_).of_contact;
-  std::map<int, SlipFromRest> slips;
-  for (std::size_t k = 0; k < candidates.size(); ++k) {
-    const int i = candidates[k];
-    const ContactFormulas& contact = scene_.contacts[i];
-    if (contact.n_t() < 2 || slip_sign[i] != 0 || std::ranges::count(labels, labels[k]) > 1) continue;
-    step_.load(x, t);
-    const ModeMotion open = mode_motion(scene_, std::vector<Mode>(scene_.n_c(), Mode::open), p_);
-    const std::vector<Node> rates = contact_rates(open, contact, scene_, p_);
-    const ContactLaw law = contact_law(scene_, i, p_);
-    ContactInSpace in_space;
-    in_space.mu = contact.mu;
-    for (int r = 0; r < 3; ++r) {
-      std::ranges::copy(law.G[r], in_space.G[r].begin());
-      in_space.r[r] = p_.value_of(rates[r]);
-    }
-    if (states.sticks_at_limit[i]) {
-      std::vector<Mode> modes(scene_.n_c(), Mode::open);
-      modes[i] = Mode::stick;
-      const SlipOnset onset = onset_at_limit(x, t, i, modes);
-      const SlipDirections others = slip_directions(in_space, p_.precision(), onset.d);
-      slips[i] = {others.is_complete && others.n_proven == 0, onset};
-      continue;
-    }
-    const SlipDirections directions = slip_directions(in_space, p_.precision());
-    const bool is_unique = directions.n_proven == 1 && directions.is_stable;
-    slips[i].is_complete = directions.is_complete && (directions.n_proven == 0 || is_unique);
-    if (is_unique) slips[i].onset = SlipOnset{directions.d, 1};
+  if (sticks_at_limit) {
+    modes[i] = Mode::stick;
+    const SlipOnset onset = onset_at_limit(x, t, i, modes);
+    const SlipDirections others = slip_directions(in_space, p_.precision(), onset.d);
+    return {others.is_complete && others.n_proven == 0, onset};
   }
-  return slips;
+  const SlipDirections directions = slip_directions(in_space, p_.precision());
+  const bool is_unique = directions.n_proven == 1 && directions.is_stable;
+  SlipFromRest slip{directions.is_complete && (directions.n_proven == 0 || is_unique), {}};
+  if (is_unique) slip.onset = SlipOnset{directions.d, 1};
+  return slip;
 }
 
 std::vector<Decisions::Group> Decisions::groups_of(const std::vector<Ball>& x, const Ball& t,
                                                    const std::vector<int>& candidates, const ContactStates& states) {
-  std::vector<int> all = candidates;
-  for (int j = 0; j < scene_.n_c(); ++j) {
-    if (states.modes[j] != Mode::open && std::ranges::count(candidates, j) == 0) all.push_back(j);
-  }
+  const std::vector<int> all = with_closed(candidates, states.modes);
   const std::vector<int> labels = momentum_groups(scene_, all, p_).of_contact;
   std::map<int, Group> groups;
   std::vector<int> order;
@@ -216,6 +199,7 @@ std::vector<Decisions::Group> Decisions::groups_of(const std::vector<Ball>& x, c
     for (std::size_t k = 0; k < all.size(); ++k) {
       if (labels[k] == label) members.push_back(all[k]);
     }
+    group.is_single = members.size() == 1;
     group.pushed = pushed_coordinates(scene_, members, p_);
     std::ranges::copy_if(group.pushed, std::back_inserter(group.resting),
                          [&](int k) { return x[scene_.n + k].is_zero(); });
@@ -227,28 +211,26 @@ std::vector<Decisions::Group> Decisions::groups_of(const std::vector<Ball>& x, c
 void Decisions::decide_modes(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
                              const std::vector<int>& slip_sign, ContactStates& states) {
   if (candidates.empty()) return;
-  const auto slips = slips_from_rest(x, t, candidates, slip_sign, states);
   const std::vector<Group> groups = groups_of(x, t, candidates, states);
   for (const int i : candidates) {
     states.modes[i] = Mode::open;
     std::erase_if(states.left_out, [&](const auto& force) { return force.first.first == i; });
   }
   states.starting.clear();
-  for (const Group& group : groups) decide_group(x, t, group, slip_sign, slips, states);
+  for (const Group& group : groups) decide_group(x, t, group, slip_sign, states);
 }
 
 void Decisions::decide_group(const std::vector<Ball>& x, const Ball& t, const Group& group,
-                             const std::vector<int>& slip_sign, const std::map<int, SlipFromRest>& slips,
-                             ContactStates& states) {
+                             const std::vector<int>& slip_sign, ContactStates& states) {
   const std::vector<int>& candidates = group.candidates;
   std::vector<std::vector<Mode>> options;
-  for (const int i : candidates) {
-    options.push_back(mode_options(i, slip_sign[i]));
-    const auto slip = slips.find(i);
-    if (slip == slips.end()) continue;
-    if (!slip->second.is_complete)
-      throw Undecided("undecided whether slip in space begins: " + scene_.contacts[i].name);
-    if (slip->second.onset) options.back().push_back(Mode::slip);
+  for (const int i : candidates) options.push_back(mode_options(i, slip_sign[i]));
+  std::optional<SlipFromRest> slip;
+  const int first = candidates.front();
+  if (group.is_single && scene_.contacts[first].n_t() == 2 && slip_sign[first] == 0) {
+    slip = slip_from_rest(x, t, first, states.sticks_at_limit[first] != 0);
+    if (!slip->is_complete) throw Undecided("undecided whether slip in space begins: " + scene_.contacts[first].name);
+    if (slip->onset) options.front().push_back(Mode::slip);
   }
   Combinations combination(std::move(options));
   ModeAlternative best;
@@ -262,8 +244,7 @@ void Decisions::decide_group(const std::vector<Ball>& x, const Ball& t, const Gr
     next.left_out = states.left_out;
     for (std::size_t k = 0; k < candidates.size(); ++k) {
       next.modes[candidates[k]] = combination[k];
-      if (combination[k] == Mode::slip && slips.count(candidates[k]) > 0)
-        next.starting[candidates[k]] = *slips.at(candidates[k]).onset;
+      if (combination[k] == Mode::slip && slip) next.starting[candidates[k]] = *slip->onset;
     }
     next.name = names(candidates, combination);
     check_alternative(x, t, group, slip_sign, states.sticks_at_limit, next);
@@ -305,7 +286,7 @@ void Decisions::decide_group(const std::vector<Ball>& x, const Ball& t, const Gr
     if (slip_sign[i] == 0 && slip_sign_of(mode) != 0) states.vanishing_slip[i] = 1;
     if (const auto start = states.starting.find(i); start != states.starting.end())
       states.vanishing_slip[i] = start->second.order;
-    if (mode == Mode::stick && scene_.contacts[i].n_t() == 2 && slips.count(i) == 0) sticking_in_space_.push_back(i);
+    if (mode == Mode::stick && scene_.contacts[i].n_t() == 2 && !slip) sticking_in_space_.push_back(i);
   }
 }
 

@@ -200,11 +200,12 @@ class Decisions {
     std::vector<int> candidates;
     std::vector<int> pushed;   ///< coordinates C
     std::vector<int> resting;  ///< those of C with v = 0 exactly
+    bool is_single = false;    ///< one contact, closed ones that are no candidates included
   };
   std::vector<Group> groups_of(const std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
                                const ContactStates& states);
   void decide_group(const std::vector<Ball>& x, const Ball& t, const Group& group, const std::vector<int>& slip_sign,
-                    const std::map<int, SlipFromRest>& slips, ContactStates& states);
+                    ContactStates& states);
   void check_alternative(const std::vector<Ball>& x, const Ball& t, const Group& group,
                          const std::vector<int>& slip_sign, const std::vector<char>& sticks_at_limit,
                          ModeAlternative& alternative);
@@ -227,9 +228,7 @@ class Decisions {
   std::string names(const std::vector<int>& candidates, const Combinations& combination) const;
   SlipOnset onset_at_limit(const std::vector<Ball>& x, const Ball& t, int contact, const std::vector<Mode>& modes);
   void begin_slip_in_space(const std::vector<Ball>& x, const Ball& t, int contact, ContactStates& states);
-  std::map<int, SlipFromRest> slips_from_rest(const std::vector<Ball>& x, const Ball& t,
-                                              const std::vector<int>& candidates, const std::vector<int>& slip_sign,
-                                              const ContactStates& states);
+  SlipFromRest slip_from_rest(const std::vector<Ball>& x, const Ball& t, int contact, bool sticks_at_limit);
 
   const SceneFormulas& scene_;
   SeriesProgram& p_;

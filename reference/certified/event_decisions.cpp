@@ -59,10 +59,7 @@ StartingContacts Decisions::contacts_at_start(ContactStates& states) {
 ImpactOutcome Decisions::strike(std::vector<Ball>& x, const Ball& t, const std::vector<int>& candidates,
                                 const std::vector<char>& closed, ContactStates& states) {
   ContactZeros before = zeros_of(states);
-  before.touching = candidates;
-  for (int i = 0; i < scene_.n_c(); ++i) {
-    if (states.modes[i] != Mode::open && std::ranges::count(candidates, i) == 0) before.touching.push_back(i);
-  }
+  before.touching = with_closed(candidates, states.modes);
   std::vector<Ball> narrow_x = x;
   narrow(narrow_x, t, before);
   ImpactOutcome outcome = decide_impact(narrow_x, t, candidates, closed);
