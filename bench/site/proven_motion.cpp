@@ -87,8 +87,8 @@ std::string truth_html(const CertifiedMotion& motion, const ProblemInfo& info) {
 
 ProvenMotion proven_motion(const Problem& problem) {
   if (!reference::certified::can_certify()) return {};
-  const CertifiedMotion motion =
-      reference::certified::certified_motion(problem, {.digits = kProvenDigits, .max_seconds = kProofLimit});
+  const CertifiedMotion motion = reference::certified::certified_motion(
+      problem, {.digits = kProvenDigits, .max_seconds = kProofLimit, .may_compute = false});
   return {grade_html(motion), motion.q.empty() ? "" : truth_html(motion, problem.info())};
 }
 

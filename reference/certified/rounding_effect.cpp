@@ -28,6 +28,7 @@ std::optional<double> moved_by_rounding(const Problem& problem, const CertifiedM
   if (motion.grade > Grade::assumed) return std::nullopt;
   options.reading = Reading::rounded;
   options.with_steps = false;
+  options.may_compute = false;
   const CertifiedMotion rounded = certified_motion(problem, options);
   if (rounded.grade > Grade::assumed || !have_same_events(motion, rounded)) return std::nullopt;
   return std::max(largest_difference(motion.q, rounded.q), largest_difference(motion.v, rounded.v));
