@@ -7,6 +7,7 @@
 #include "problems/scene_file/scene_file.h"
 #include "reference/certified/certified_motion.h"
 #include "reference/certified/mode_motion.h"
+#include "tests/reference/decimal_balls.h"
 
 namespace ricochet::reference::certified {
 namespace {
@@ -39,22 +40,13 @@ Exact root(const Exact& a) {
   return result;
 }
 
-Ball stated(const CertifiedNumber& number) {
-  Ball ball;
-  arb_set_str(ball.get(), number.text.c_str(), kClosedFormBits);
-  Magnitude radius;
-  mag_set_d(radius.get(), number.radius);
-  ball.widen(radius.get());
-  return ball;
-}
-
 void expect_is(const CertifiedNumber& number, const Exact& exact, const std::string& what) {
-  EXPECT_TRUE(arb_overlaps(stated(number).get(), exact.ball.get())) << what << " = " << number.text;
+  EXPECT_TRUE(arb_overlaps(interval(number).get(), exact.ball.get())) << what << " = " << number.text;
 }
 
 /// Two proofs of one number contain it both.
 void expect_agree(const CertifiedNumber& a, const CertifiedNumber& b, const std::string& what) {
-  EXPECT_TRUE(arb_overlaps(stated(a).get(), stated(b).get())) << what << ": " << a.text << ", " << b.text;
+  EXPECT_TRUE(arb_overlaps(interval(a).get(), interval(b).get())) << what << ": " << a.text << ", " << b.text;
 }
 
 CertifiedMotion proven(const std::string& id, const ParameterChanges& changes = {}) {

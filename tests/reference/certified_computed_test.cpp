@@ -11,6 +11,7 @@
 #include "reference/certified/attempt.h"
 #include "reference/certified/ball.h"
 #include "reference/certified/first_root.h"
+#include "tests/reference/decimal_balls.h"
 
 namespace ricochet::reference::certified {
 namespace {
@@ -18,19 +19,13 @@ namespace {
 constexpr slong kTestBits = 600;
 constexpr const char* kCollapses = RICOCHET_REFERENCE_DATA "/collapses.json";
 
-Ball ball_of(const std::string& text) {
-  Ball ball;
-  arb_set_str(ball.get(), text.c_str(), kTestBits);
-  return ball;
-}
-
 /// Whether the number and a decimal text differ by less than the radius and one unit of the place `decimals`.
 bool agrees(const CertifiedNumber& number, const std::string& text, int decimals) {
   Ball difference, most;
-  arb_sub(difference.get(), ball_of(number.text).get(), ball_of(text).get(), kTestBits);
+  arb_sub(difference.get(), decimal_ball(number.text).get(), decimal_ball(text).get(), kTestBits);
   difference = Ball(difference.get());
   arb_abs(difference.get(), difference.get());
-  most = ball_of(fmt::format("1e-{}", decimals));
+  most = decimal_ball(fmt::format("1e-{}", decimals));
   arb_add(most.get(), most.get(), Ball(number.radius).get(), kTestBits);
   return arb_lt(difference.get(), most.get()) != 0;
 }
@@ -105,7 +100,7 @@ TEST(CertifiedComputed, BounceOnARestingBallEnds) {
       "scene"));
   ASSERT_EQ(motion.grade, Grade::computed) << motion.reason;
   EXPECT_EQ(motion.events.back().kind, "zeno_end");
-  Ball end = ball_of("9.81");
+  Ball end = decimal_ball("9.81");
   arb_rsqrt(end.get(), end.get(), kTestBits);
   arb_mul_si(end.get(), end.get(), 3, kTestBits);
   EXPECT_TRUE(agrees(motion.events.back().time, decimal(end, 60).text, 38)) << motion.events.back().time.text;
@@ -153,12 +148,12 @@ TEST(CertifiedTies, LevelBarHitsWithBothCorners) {
   EXPECT_EQ(motion.q[1].text, "0");
   EXPECT_EQ(motion.v[1].text, "0");
   // v_1^2 = 0.49 + 0.4 g; t_1 = (v_1 - 0.7) / g; the second flight lasts 0.8 v_1 / g
-  Ball g = ball_of("9.81"), v = ball_of("4.414"), t;
+  Ball g = decimal_ball("9.81"), v = decimal_ball("4.414"), t;
   arb_sqrt(v.get(), v.get(), kTestBits);
-  arb_sub(t.get(), v.get(), ball_of("0.7").get(), kTestBits);
+  arb_sub(t.get(), v.get(), decimal_ball("0.7").get(), kTestBits);
   arb_div(t.get(), t.get(), g.get(), kTestBits);
   EXPECT_TRUE(agrees(motion.events[0].time, decimal(t, 60).text, 36)) << motion.events[0].time.text;
-  arb_mul(v.get(), v.get(), ball_of("0.8").get(), kTestBits);
+  arb_mul(v.get(), v.get(), decimal_ball("0.8").get(), kTestBits);
   arb_div(v.get(), v.get(), g.get(), kTestBits);
   arb_add(t.get(), t.get(), v.get(), kTestBits);
   EXPECT_TRUE(agrees(motion.events[1].time, decimal(t, 60).text, 36)) << motion.events[1].time.text;
@@ -189,7 +184,7 @@ TEST(FirstRoots, ConvexMinimumIsDecidedByItsValue) {
     arb_set_str(third.get(), "1", 400);
     arb_div_si(third.get(), third.get(), 3, 400);
     arb_sqr(c.get(), third.get(), 400);
-    arb_add(c.get(), c.get(), ball_of(d).get(), 400);
+    arb_add(c.get(), c.get(), decimal_ball(d).get(), 400);
     arb_poly_set_coeff_arb(f.p, 0, c.get());
     arb_mul_si(c.get(), third.get(), -2, 400);
     arb_poly_set_coeff_arb(f.p, 1, c.get());
@@ -216,8 +211,8 @@ TEST(CertifiedMotionOfManyBounces, GetsTheBitsItNeeds) {
                        options);
   ASSERT_EQ(motion.grade, Grade::proven) << motion.reason;
   ASSERT_EQ(motion.events.size(), 363u);
-  Ball t = ball_of("18.6");
-  arb_div(t.get(), t.get(), ball_of("9.8").get(), kTestBits);
+  Ball t = decimal_ball("18.6");
+  arb_div(t.get(), t.get(), decimal_ball("9.8").get(), kTestBits);
   arb_sqrt(t.get(), t.get(), kTestBits);
   arb_mul_si(t.get(), t.get(), 1 + 2 * 362, kTestBits);
   EXPECT_TRUE(agrees(motion.events.back().time, decimal(t, 60).text, 36)) << motion.events.back().time.text;

@@ -15,27 +15,12 @@
 #include "problems/scene_file/scene_writer.h"
 #include "reference/certified/ball.h"
 #include "reference/certified/scene_formulas.h"
+#include "tests/reference/decimal_balls.h"
 
 namespace ricochet::reference::certified {
 namespace {
 
 constexpr slong kIntervalBits = 400;
-
-/// The interval that a number states.
-Ball interval(const CertifiedNumber& number) {
-  Ball ball;
-  arb_set_str(ball.get(), number.text.c_str(), kIntervalBits);
-  Magnitude radius;
-  mag_set_d(radius.get(), number.radius);
-  ball.widen(radius.get());
-  return ball;
-}
-
-Ball decimal_ball(const std::string& text) {
-  Ball ball;
-  arb_set_str(ball.get(), text.c_str(), kIntervalBits);
-  return ball;
-}
 
 /// A value of Arb by its own functions.
 template <class... Arguments>
