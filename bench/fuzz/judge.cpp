@@ -317,7 +317,7 @@ class Judge {
     return is_of_time_stepping ? FuzzVerdict::outvoted : FuzzVerdict::wrong;
   }
 
-  /// Of methods that do not differ.
+  /// The verdict if no two methods differ, or if none differs from the truth.
   FuzzVerdict decide_agreement() const {
     if (std::ranges::none_of(results_, &FuzzResult::succeeded)) return FuzzVerdict::declined;
     if (!is_confirmed()) return FuzzVerdict::undecided;

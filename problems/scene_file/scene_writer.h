@@ -9,7 +9,7 @@
 
 namespace ricochet {
 
-/// What scene_text() writes.
+/// Options of scene_text().
 struct SceneTextOptions {
   bool with_normals = false;   ///< "Jn" of every contact, for readers that cannot differentiate
   bool with_set_state = true;  ///< the initial state that was set, not its formulas

@@ -108,7 +108,7 @@ bool can_certify();
 /// the result is open, with the reason.
 CertifiedMotion certified_motion(const Problem& problem, const Options& options = {});
 
-/// What rounding the numbers of the scene to double does to the final state, as methods do: the largest difference of
+/// Methods round the numbers of a scene to double. This is the effect on the final state: the largest difference of
 /// (q, v) between `motion`, whose decimals are exact, and the proven motion of the rounded scene, to within 1e-18.
 /// @returns nothing where the rounded scene stays open or has other events
 std::optional<double> moved_by_rounding(const Problem& problem, const CertifiedMotion& motion, Options options);

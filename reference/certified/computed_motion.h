@@ -14,7 +14,7 @@ namespace ricochet::reference::certified {
 ///
 ///     |x_1 - x_2| + radius of x_1 + radius of x_2                                                                  (1)
 ///
-/// Where that cannot be, the motion stays open, and its reason says why.
+/// If two runs do not agree, or one of them fails, the motion stays open and its reason states this.
 void take_computed(CertifiedMotion& open, const Problem& problem, const Options& options, const TimeLimit& limit);
 
 }  // namespace ricochet::reference::certified

@@ -39,7 +39,8 @@ struct Range {
   Ball value, slope, bend;
 };
 
-/// By the mean value theorem, with p' of the interval by Horner's scheme: quick, and wide where terms cancel.
+/// The range by the mean value theorem. Horner's scheme bounds p' on the interval: it is fast, but its bound is wide
+/// where terms cancel.
 Range quick_range(const BoundedPolynomial& f, const Ball& I, const Precision& coarse) {
   const Ball middle = I.midpoint();
   Ball slope;

@@ -70,7 +70,7 @@ void HybridMotion::assume(const std::string& what) {
   result_.grade = std::max(result_.grade, Grade::assumed);
 }
 
-/// What is taken as zero without a proof, from now on.
+/// Records a number that is taken as zero without a proof. The grade is `computed` from now on.
 void HybridMotion::take_as_zero(const std::string& what) {
   result_.assumptions.push_back(fmt::format("{}, below 1e-{}, at t = {}", what, cut_, short_text(t_)));
   result_.grade = Grade::computed;
