@@ -234,8 +234,10 @@ HybridMotion::Step HybridMotion::find_step() {
     limit_.check();
     Step step;
     if (!try_step(short_length(h), step, reason)) continue;
-    constexpr slong kShare = 4;
-    if (options_.with_steps && (step.is_last || !step.reached.empty())) widen(step.end, p_.precision().bits, kShare);
+    constexpr slong kShare = 4, kShareOfSlip = -2;  // slip velocities here leave out those that contacts lock
+    const bool ends_slip = !step.reached.empty() && motion_.events[step.reached[0]].kind == EventKind::slip_end;
+    if (options_.with_steps && (step.is_last || !step.reached.empty()))
+      widen(step.end, p_.precision().bits, ends_slip ? kShareOfSlip : kShare);
     return step;
   }
   throw Undecided(fmt::format("no step at t = {}: {}", short_text(t_), reason));

@@ -149,8 +149,10 @@ class Checker:
                 last = first_root(p, r, lambda t: mean(f, gradient, t, skip), lambda t: at(wide, rho, fall, t), tau, h)
                 require(last is not None, f"the root of {kind} of {names[i]}")
             require(positive(p, slope(p), r, iv.mpf(0), last), f"{kind} of {names[i]} before the end of the step")
-        x = [mean(y, row, tau.mid) + (tau - tau.mid) * at(wide, rho, motion.rate[y], tau)
-             for y, row in zip(s.x, motion.d)]
+        # Rates at the enclosure of the end: series of the wide set lose half of all digits.
+        inside = [mean(y, row, tau) for y, row in zip(s.x, motion.d)]
+        rates = s.enclose([motion.rate[y] for y in s.x], inside)
+        x = [mean(y, row, tau.mid) + (tau - tau.mid) * rate for y, row, rate in zip(s.x, motion.d, rates)]
         self.zeros = {}
         if event:
             x = self.jump(event, x)
