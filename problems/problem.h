@@ -248,8 +248,9 @@ class Problem {
   std::optional<double> energy(const Vector& q, const Vector& v) const;
 
  protected:
-  ProblemInfo info_;              ///< filled by the constructor of a subclass
-  Vector stated_q0_, stated_v0_;  ///< empty until the initial state is replaced
+  ProblemInfo info_;  ///< filled by the constructor of a subclass
+  Vector stated_q0_;  ///< that of the formulas; empty until the initial state is replaced
+  Vector stated_v0_;  ///< likewise
 };
 
 /// Rejects mistakes of a user in a `problem`: wrong sizes, non-finite numbers, eps_r outside [0, 1], mu < 0, end_time

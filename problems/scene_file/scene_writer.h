@@ -17,7 +17,7 @@ struct SceneTextOptions {
 };
 
 /// The problem as a scene file for read_scene_file(): formulas in terms of the parameters, with the values of these, the
-/// initial state and the impact law of `problem`. Equal problems give equal texts.
+/// initial state and the impact law of `problem`. `options` select fields. Equal problems give equal texts.
 /// @throws InputError for a problem that is not made of formulas
 std::string scene_text(const Problem& problem, const SceneTextOptions& options = {});
 
