@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <cmath>
 #include <new>
+#include <optional>
 
+#include "methods/regions/region_run.h"
 #include "methods/step_check.h"
 #include "problems/input_error.h"
 
@@ -58,6 +60,11 @@ Solution guarded(const Problem& problem, const Run& run) {
   }
 }
 
+/// Whether formulas bend or jump, and the method follows them region by region.
+bool runs_by_regions(const MethodInfo& method, const ProblemInfo& problem) {
+  return method.has_regions && !problem.switches.empty();
+}
+
 constexpr double kNoAccuracy = 1e300;
 
 /// Drops the events that nobody wanted, and checks the final state of whatever method it is. A fixed-step method has no
@@ -86,6 +93,7 @@ void Method::require_support(const ProblemInfo& problem) const {
 
 Solution Method::solve(const Problem& problem, const Settings& settings) const {
   require_support(problem.info());
+  if (runs_by_regions(info(), problem.info())) return prepare(problem)->solve(settings);
   check(info(), problem.info(), settings);
   Solution solution = guarded(problem, [&] { return do_solve(problem, settings); });
   complete(info(), problem, settings, solution);
@@ -96,12 +104,19 @@ Solution Method::solve(const Problem& problem, const Settings& settings) const {
 class Method::CheckedSolver final : public Solver {
  public:
   CheckedSolver(const Method& method, const Problem& problem)
-      : method_(method), info_(method.info()), problem_(problem), solver_(method.do_prepare(problem)) {}
+      : method_(method), info_(method.info()), problem_(problem) {
+    if (runs_by_regions(info_, problem.info()))
+      regions_.emplace(problem, info_.is_adaptive, [&method](const Problem& region) { return method.prepare(region); });
+    else
+      solver_ = method.do_prepare(problem);
+  }
 
   Solution solve(const Settings& settings) override {
     check(info_, problem_.info(), settings);
-    Solution solution =
-        guarded(problem_, [&] { return solver_ ? solver_->solve(settings) : method_.do_solve(problem_, settings); });
+    Solution solution = guarded(problem_, [&] {
+      if (regions_) return regions_->solve(settings);
+      return solver_ ? solver_->solve(settings) : method_.do_solve(problem_, settings);
+    });
     complete(info_, problem_, settings, solution);
     return solution;
   }
@@ -110,7 +125,8 @@ class Method::CheckedSolver final : public Solver {
   const Method& method_;
   const MethodInfo info_;
   const Problem& problem_;
-  const std::unique_ptr<Solver> solver_;
+  std::unique_ptr<Solver> solver_;
+  std::optional<RegionRun> regions_;  // in place of solver_
 };
 
 std::unique_ptr<Solver> Method::prepare(const Problem& problem) const {

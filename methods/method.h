@@ -36,6 +36,8 @@ struct Settings {
   /// Variables of the derivatives Solution::dq, dv and Event::dt: "q0:0", "v0:0" for a component of the initial
   /// values, "param:NAME" for a parameter, which the initial values may depend on.
   std::vector<std::string> sensitivities;
+  bool stays_in_region =
+      false;           ///< end where a step leaves the region of the problem: Solution::exit; set by RegionRun
   bool audit = false;  ///< evaluate every equation of the method after each step: Solution::residuals
 };
 
@@ -52,6 +54,9 @@ struct MethodInfo {
   bool keeps_samples = true;       ///< reads Recording::grid; an integrator with steps of its own may not
   /// Impact laws that it supports; it declines scenes with another law.
   std::vector<ImpactHypothesis> impact_laws{ImpactHypothesis::newton};
+  /// It ends runs where they leave their region, and follows formulas that bend or jump region by region (RegionRun). Other
+  /// methods evaluate the branch that holds at each point.
+  bool has_regions = false;
   /// A step allocates no memory: what a run allocates depends on its events, not on its steps.
   bool is_allocation_free = false;
 };

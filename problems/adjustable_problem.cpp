@@ -12,15 +12,6 @@
 #include "problems/names.h"
 
 namespace ricochet {
-namespace {
-
-/// GiNaC's reference counts have no locks, so problems are made and destroyed by one thread at a time.
-std::mutex& formulas_mutex() {
-  static std::mutex mutex;
-  return mutex;
-}
-
-}  // namespace
 
 AdjustableProblem::AdjustableProblem(Make make, std::vector<std::string> names) : make_(std::move(make)) {
   const std::lock_guard lock(formulas_mutex());

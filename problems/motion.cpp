@@ -53,6 +53,14 @@ void Motion::acceleration_within(std::size_t piece, double s, Vector& a) const {
   a = interpolated(slopes, s) / (of.end - of.begin);
 }
 
+void Motion::append(const Motion& other, double shift) {
+  for (Piece piece : other.pieces_) {
+    piece.begin += shift;
+    piece.end += shift;
+    pieces_.push_back(std::move(piece));
+  }
+}
+
 void Motion::at(double t, Vector& q, Vector& v, Side side) const {
   if (empty() || !(t >= begin() && t <= end()))
     throw InputError("time", t,

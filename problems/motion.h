@@ -40,6 +40,9 @@ class Motion {
   template <class State>
   void add(double begin, double end, int degree, const State& state);
 
+  /// Appends all pieces of another motion, `shift` later [s].
+  void append(const Motion& other, double shift);
+
   bool empty() const { return pieces_.empty(); }                             ///< Whether nothing was recorded.
   std::size_t n_pieces() const { return pieces_.size(); }                    ///< At least one for each step.
   double begin() const { return pieces_.front().begin; }                     ///< Start of the motion [s], if not empty.

@@ -50,6 +50,13 @@ struct ParameterInfo {
   std::string unit;  ///< "kg", for reports
 };
 
+/// A switching function psi(q, v): where it vanishes, a formula of the scene changes its branch
+/// (problems/regions/switching_functions.h).
+struct SwitchInfo {
+  std::string formula;      ///< psi as text
+  bool is_of_time = false;  ///< psi depends on t only, so that its zeros are known before a run
+};
+
 /// Properties of a scene that a method may use before it runs. Everything in `structure` and after it is derived from
 /// the equations, never declared by hand.
 struct ProblemInfo {
@@ -65,6 +72,9 @@ struct ProblemInfo {
   std::vector<ContactInfo> contacts;  ///< n_c, unilateral and bilateral ones
   std::vector<int> unilateral;        ///< contacts that are, ascending
   std::vector<int> bilateral;         ///< constraints, ascending
+
+  std::vector<SwitchInfo> switches;  ///< n_s, of formulas with abs, sign, min, max or if; empty in a region
+  std::vector<int> region;           ///< of a problem that is one region of another: n_s signs; else empty
 
   ImpactLaw impact_law;                      ///< methods support it or decline the scene
   std::shared_ptr<const Geometry> geometry;  ///< the bodies and their shapes; null if the scene states none
@@ -93,8 +103,10 @@ struct ProblemInfo {
   int n_c() const { return static_cast<int>(contacts.size()); }           ///< Contacts, constraints among them.
   int n_mechanical() const { return clock < 0 ? n_q : clock; }            ///< Coordinates of bodies: all but the clock.
   int n_bilateral() const { return static_cast<int>(bilateral.size()); }  ///< Bilateral constraints.
-  bool has_friction() const { return n_lambda_t > 0; }                    ///< Some contact has friction.
-  bool has_bilateral() const { return !bilateral.empty(); }               ///< Some contact is a constraint.
+  /// Time at which a run begins [s]: 0, but for a part of a motion whose clock has run before.
+  double start_time() const { return clock < 0 ? 0 : q0[clock]; }
+  bool has_friction() const { return n_lambda_t > 0; }       ///< Some contact has friction.
+  bool has_bilateral() const { return !bilateral.empty(); }  ///< Some contact is a constraint.
 
   int n_normal_entries = 0;   ///< length of a packed J_n
   int n_tangent_entries = 0;  ///< length of a packed J_t
@@ -150,6 +162,8 @@ class Problem {
   const Vector& stated_q0() const { return stated_q0_.size() ? stated_q0_ : info_.q0; }  ///< Before it was replaced.
   const Vector& stated_v0() const { return stated_v0_.size() ? stated_v0_ : info_.v0; }  ///< Before it was replaced.
 
+  /// Replaces the end time [s]. Not validated. Do not call while a method runs.
+  void set_end_time(double end_time) { info_.end_time = end_time; }
   /// Replaces the impact law. Not validated. Do not call while a method runs.
   void set_impact_law(ImpactLaw law) { info_.impact_law = std::move(law); }
 
@@ -195,6 +209,10 @@ class Problem {
   virtual void slip_derivative_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
                                       [[maybe_unused]] const Interval* v, [[maybe_unused]] Interval* T) const {}
 
+  /// psi: bounds of switching() over q and v.
+  virtual void switching_bounds([[maybe_unused]] const Interval* q, [[maybe_unused]] const Interval* v,
+                                [[maybe_unused]] Interval* psi) const {}
+
   // First derivatives of the dynamics.
   /// f_q, f_v: n_q x n_q, derivatives of force() with respect to q and v.
   virtual void force_jacobians(const double* q, const double* v, const double* u, double* f_q, double* f_v) const = 0;
@@ -226,6 +244,17 @@ class Problem {
                                     const double* lambda_t, double* D) const = 0;
   /// C: (2 n_q + 2 n_c + 1) x parameters: derivatives of q0, v0, all eps_r, all mu, end_time, in this order.
   virtual void parameter_derivative_of_constants(double* C) const = 0;
+
+  // Regions, for formulas that bend or jump.
+  /// psi: n_s, the switching functions at (q, v). In a region, those of its formulas.
+  virtual void switching([[maybe_unused]] const double* q, [[maybe_unused]] const double* v,
+                         [[maybe_unused]] double* psi) const {}
+  /// D: n_s x 2 n_q, their derivatives with respect to q, v.
+  virtual void switching_derivative([[maybe_unused]] const double* q, [[maybe_unused]] const double* v,
+                                    [[maybe_unused]] double* D) const {}
+  /// The problem of one region: every formula is smooth, and is that of the `signs` (n_s, each 1 or -1) everywhere.
+  /// Takes milliseconds, and formulas_mutex() to make and to destroy it. Null if the problem has no switching functions.
+  virtual std::unique_ptr<Problem> in_region([[maybe_unused]] std::span<const int> signs) const { return nullptr; }
 
   /// The scene as formulas, which can be varied, written and proven; null where it has none.
   virtual const SymbolicModel* formulas() const { return nullptr; }

@@ -145,6 +145,16 @@ struct Residual {
   std::int64_t impossible = 0;  ///< points at which the equation has no solution whatever its unknowns; not in `value`
 };
 
+/// Where a run has left its region, as times from the begin of the step that leaves it, which is not part of the run. If
+/// both are equal, v jumps there.
+struct RegionExit {
+  int function = -1;       ///< psi_k; -1: it has stayed there
+  double inside = 0;       ///< [s], before the border
+  double outside = 0;      ///< [s], after the border
+  double psi_inside = 0;   ///< sigma_k psi_k before the border, in the accuracy of an interpolation
+  double psi_outside = 0;  ///< the same after it, negative
+};
+
 /// The result of a run.
 struct Solution {
   Status status = Status::success;  ///< how the run ended
@@ -156,6 +166,8 @@ struct Solution {
 
   Matrix dq;  ///< n_q x Settings::sensitivities, derivatives of q through all switches; empty if none were requested
   Matrix dv;  ///< the same of v
+
+  RegionExit exit;  ///< of a run that Settings::stays_in_region
 
   Counters counters;       ///< the work of the run
   double own_seconds = 0;  ///< CPU or wall time [s] that a method in another process measured itself; 0: not measured

@@ -11,6 +11,7 @@
 #include "reference/contact_laws.h"
 #include "reference/flights.h"
 #include "reference/mode_changes.h"
+#include "reference/regions.h"
 #include "reference/slips.h"
 #include "reference/smooth_motion.h"
 #include "reference/step_watch.h"
@@ -184,7 +185,8 @@ Solution EventLocatedRun::run() {
     solution.initial_modes = dynamics_.modes();
     restart(t, solution);
     bool passed_root = false;  // that SmoothMotion::roots() does not take for one
-    while (t < T && check_limits(t, solution)) {
+    solution.exit.function = motion_.border_passed(solution.q, solution.v);
+    while (t < T && solution.exit.function < 0 && check_limits(t, solution)) {
       const double from = t;
       const StepEnd end = motion_.step(t, longest_step(t, solution));
       if (end == StepEnd::stuck_at_root && passed_root) {  // a gap that opens again
@@ -200,16 +202,20 @@ Solution EventLocatedRun::run() {
         break;
       }
       Roots found = motion_.roots_at_end(end, solution.q, solution.v);
+      solution.exit.function = motion_.border_at_end(end);
       if (const auto root = watch_.first_root(from, t, found)) {
+        solution.exit.function = -1;
         solution.t = t = *root;
         motion_.load(t, solution.q, solution.v);
       }
       record(from, t, solution);
       if (!check_gaps(t, solution)) break;
       if (problem_.info().has_friction() && !check_friction(t, found, solution)) break;
+      if (solution.exit.function >= 0) break;
       if (found.any()) {
         if (!mode_changes_.decide(t, found, solution)) break;
         solution.t = t;
+        solution.exit.function = motion_.border_passed(solution.q, solution.v);
         restart(t, solution);
         passed_root = false;
       } else {
@@ -231,8 +237,13 @@ Solution EventLocatedRun::run() {
 
 }  // namespace
 
-Solution integrate_event_located(const Problem& problem, const EventLocatedSettings& settings) {
+Solution integrate_in_region(const Problem& problem, const EventLocatedSettings& settings) {
   return EventLocatedRun(problem, settings).run();
+}
+
+Solution integrate_event_located(const Problem& problem, const EventLocatedSettings& settings) {
+  if (!problem.info().switches.empty()) return integrate_by_regions(problem, settings);
+  return integrate_in_region(problem, settings);
 }
 
 }  // namespace ricochet::reference

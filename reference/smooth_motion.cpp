@@ -10,8 +10,9 @@ namespace {
 
 int number_of_roots(const Problem& problem) {
   const auto& contacts = problem.info().contacts;
-  return problem.n_c() + static_cast<int>(std::count_if(contacts.begin(), contacts.end(),
-                                                        [](const auto& contact) { return contact.n_t > 0; }));
+  return problem.n_c() + static_cast<int>(problem.info().region.size()) +
+         static_cast<int>(
+             std::count_if(contacts.begin(), contacts.end(), [](const auto& contact) { return contact.n_t > 0; }));
 }
 
 std::vector<int> curved(const ProblemInfo& info) {
@@ -69,6 +70,7 @@ SmoothMotion::SmoothMotion(const Problem& problem, const Scales& scales, const E
       flights_(flights),
       n_q_(problem.n_q()),
       n_c_(problem.n_c()),
+      n_s_(static_cast<int>(problem.info().region.size())),
       n_roots_(number_of_roots(problem)),
       curved_(curved(problem.info())),
       has_impulses_(has_impulses(problem.info())),
@@ -81,6 +83,14 @@ SmoothMotion::SmoothMotion(const Problem& problem, const Scales& scales, const E
   lambda_n_.setZero(n_c_);
   lambda_t_.setZero(problem.info().n_lambda_t);
   a_.setZero(n_q_);
+  if (n_s_ > 0) {
+    const auto& info = problem.info();
+    Matrix D(n_s_, 2 * n_q_);
+    problem.switching_derivative(info.q0.data(), info.v0.data(), D.data());
+    border_offset_ = (D.leftCols(n_q_).cwiseAbs() * (1 + info.q0.array().abs()).matrix() +
+                      D.rightCols(n_q_).cwiseAbs() * (1 + info.v0.array().abs()).matrix()) *
+                     std::max(1e-13, 0.1 * settings.tolerance);
+  }
   for (int i = 0, k = n_c_; i < n_c_; ++i) friction_root_[i] = slips_.has_friction(i) ? k++ : -1;
 }
 
@@ -116,13 +126,39 @@ bool SmoothMotion::roots(const double* y, double* values) {
   problem_.gap(y, values);  // (1)
   Eigen::Map<Vector>(values, n_c_) += flights_.offset();
   const bool has_friction = problem_.info().has_friction();
-  if (has_friction) std::fill_n(values + n_c_, n_roots_ - n_c_, 1);
+  if (has_friction) std::fill_n(values + n_c_, n_roots_ - n_s_ - n_c_, 1);
+  if (n_s_ > 0) set_borders(y, y + n_q_, values + n_roots_ - n_s_);
   if (dynamics_.closed().empty()) return true;
   if (!accelerate_for_roots(y)) return false;
   for (const int i : dynamics_.closed()) values[i] = lambda_n_[i];  // (1)
   for (const int i : problem_.info().bilateral) values[i] = 1;
   if (has_friction) set_friction_roots(y, values);
   return true;
+}
+
+/// regions.h (1)
+void SmoothMotion::set_borders(const double* q, const double* v, double* values) const {
+  problem_.switching(q, v, values);
+  for (int k = 0; k < n_s_; ++k) values[k] = problem_.info().region[k] * values[k] + border_offset_[k];
+}
+
+int SmoothMotion::border_at_end(StepEnd end) const {
+  if (n_s_ == 0 || end != StepEnd::root) return -1;
+  std::vector<int> found(static_cast<std::size_t>(n_roots_), 0);
+  integrator_->roots_found(found.data());
+  for (int k = 0; k < n_s_; ++k) {
+    if (found[n_roots_ - n_s_ + k] != 0) return k;
+  }
+  return -1;
+}
+
+int SmoothMotion::border_passed(const Vector& q, const Vector& v) const {
+  Vector values(n_s_);
+  if (n_s_ > 0) set_borders(q.data(), v.data(), values.data());
+  for (int k = 0; k < n_s_; ++k) {
+    if (values[k] < 0) return k;
+  }
+  return -1;
 }
 
 /// accelerate(), with the result reused for the same y: integrators evaluate the roots at the end of a step, and

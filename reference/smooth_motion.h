@@ -25,6 +25,7 @@ struct Roots {
 ///
 ///   open               gap, with the offset of Flights                                   (1)
 ///   closed             lambda_n; 1 if bilateral                                          (1)
+///   in a region        the border, regions.h (1)
 ///   with friction      stick  mu lambda_n - |lambda_t|                                   (2)
 ///                      slip   Slips::root                                                (3)
 ///
@@ -56,6 +57,10 @@ class SmoothMotion final : public SmoothSystem {
 
   /// Roots at the end of the step, and roots that were missed.
   Roots roots_at_end(StepEnd end, const Vector& q, const Vector& v) const;
+  /// The switching function of a region that reached its border at the end of the step; -1: none.
+  int border_at_end(StepEnd end) const;
+  /// The one that is beyond its border at (q, v); -1: none.
+  int border_passed(const Vector& q, const Vector& v) const;
   Roots no_roots() const { return Roots(static_cast<std::size_t>(n_c_)); }
   int size() const override { return static_cast<int>(floor_.size()); }
   int n_roots() const override { return n_roots_; }
@@ -88,6 +93,7 @@ class SmoothMotion final : public SmoothSystem {
   bool accelerate(const double* q, const double* v, double* a) {
     return dynamics_.acceleration(q, v, a, lambda_n_.data(), lambda_t_.data());
   }
+  void set_borders(const double* q, const double* v, double* values) const;
   bool accelerate_for_roots(const double* y);
   void set_friction_roots(const double* y, double* values);
   void load_from(const double* y, Vector& q, Vector& v) const {
@@ -102,13 +108,14 @@ class SmoothMotion final : public SmoothSystem {
   ContactDynamics& dynamics_;
   const Slips& slips_;
   const Flights& flights_;
-  const int n_q_, n_c_, n_roots_;
+  const int n_q_, n_c_, n_s_, n_roots_;
   const std::vector<int> curved_;  // contacts
   const bool has_impulses_;        // among the unknowns
   const Vector floor_;             // of the absolute tolerances, by unknown
   const std::unique_ptr<Integrator> integrator_;
   std::vector<int> friction_root_;  // index of (2), (3) among the root functions, by contact; -1 without friction
   Vector force_size_;
+  Vector border_offset_;  // delta of regions.h (1)
   Vector packed_n_, packed_t_, lambda_n_, lambda_t_, a_;
   struct {
     bool has = false;

@@ -341,7 +341,7 @@ void StepWatch::look_ahead(double until, const Vector& q, const Vector& v) {
   Vector place = q, f(n);
   Matrix values(n, kTimes);
   if (negligible_.size() == 0) {
-    at[info.clock] = {0, T};
+    at[info.clock] = {info.start_time(), info.start_time() + T};
     problem_.force_bounds(at.data(), moving.data(), info.u.data(), bounds.data());
     negligible_.setConstant(n, kRoundingOfZero);
     for (Eigen::Index k = 0; k < n; ++k) {
@@ -351,10 +351,10 @@ void StepWatch::look_ahead(double until, const Vector& q, const Vector& v) {
   while (ahead_ < until) {
     double length = std::min(T / 16, T - ahead_);
     for (int halvings = 0;; ++halvings, length /= 2) {
-      at[info.clock] = {ahead_, ahead_ + length};
+      at[info.clock] = {info.start_time() + ahead_, info.start_time() + ahead_ + length};
       problem_.force_bounds(at.data(), moving.data(), info.u.data(), bounds.data());
       for (int k = 0; k < kTimes; ++k) {
-        place[info.clock] = ahead_ + k * length / (kTimes - 1);
+        place[info.clock] = info.start_time() + ahead_ + k * length / (kTimes - 1);
         problem_.force(place.data(), v.data(), info.u.data(), f.data());
         values.col(k) = f;
       }

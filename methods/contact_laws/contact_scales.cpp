@@ -13,7 +13,7 @@ Vector own_motion(const Problem& problem) {
   const Vector start = problem.gap(info.q0);
   Vector q = info.q0;
   for (int k = 1; k <= kInstants; ++k) {
-    q[info.clock] = info.end_time * k / kInstants;
+    q[info.clock] = info.start_time() + info.end_time * k / kInstants;
     motion = motion.cwiseMax((problem.gap(q) - start).cwiseAbs());
   }
   return motion;

@@ -31,6 +31,7 @@ bool ForceSpans::uses_time(const Problem& problem) {
 ForceSpans::ForceSpans(const Problem& problem)
     : problem_(problem),
       T_(problem.info().end_time),
+      start_(problem.info().start_time()),
       is_limited_(problem.info().structure.has_bounds && uses_time(problem)) {
   if (!is_limited_) return;
   for (auto* box : {&q_, &v_, &f_}) box->assign(static_cast<std::size_t>(problem.n_q()), Interval(0.0));
@@ -38,7 +39,7 @@ ForceSpans::ForceSpans(const Problem& problem)
   for (Vector& f : value_) f.setZero(problem.n_q());
   const ProblemInfo& info = problem.info();
   hold(info.q0, info.v0);
-  q_[static_cast<std::size_t>(info.clock)] = {0, T_};
+  q_[static_cast<std::size_t>(info.clock)] = {start_, start_ + T_};
   problem.force_bounds(q_.data(), v_.data(), info.u.data(), f_.data());
   negligible_.setConstant(info.n_q, kWidthOfZero);
   for (Eigen::Index i = 0; i < negligible_.size(); ++i) {
@@ -58,10 +59,10 @@ void ForceSpans::hold(const Vector& q, const Vector& v) {
 /// (1), (1b)
 bool ForceSpans::is_explained(double from, double to, const Vector& v) {
   const ProblemInfo& info = problem_.info();
-  q_[static_cast<std::size_t>(info.clock)] = {from, to};
+  q_[static_cast<std::size_t>(info.clock)] = {start_ + from, start_ + to};
   problem_.force_bounds(q_.data(), v_.data(), info.u.data(), f_.data());
   for (int k = 0; k < 5; ++k) {
-    place_[info.clock] = from + 0.25 * k * (to - from);
+    place_[info.clock] = start_ + from + 0.25 * k * (to - from);
     problem_.force(place_.data(), v.data(), info.u.data(), value_[k].data());
     low_ = k == 0 ? value_[k] : low_.cwiseMin(value_[k]);
     high_ = k == 0 ? value_[k] : high_.cwiseMax(value_[k]);

@@ -39,7 +39,7 @@ class ForceSpans {
   bool is_explained(double from, double to, const Vector& v);
 
   const Problem& problem_;
-  const double T_;
+  const double T_, start_;  // of the run [s]
   const bool is_limited_;
   std::vector<Span> spans_;  // of which the first passed_ are over
   std::size_t passed_ = 0;

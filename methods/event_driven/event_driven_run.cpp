@@ -48,6 +48,7 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       before_(info_.contacts.size(), ContactMode::open),
       v_minus_(info_.v0),
       check_(problem, StepCheck::kTolerances * tolerance_),
+      border_(problem, settings),
       progress_(info_, kStepsPerMark, kLeastProgress),
       spans_(problem) {
   workspace.start(tolerance_);
@@ -155,17 +156,21 @@ bool EventDrivenRun::take_step() {
       was_rejected_ = true;
       return true;
     }
+    if (until > 0 && leaves_region(until)) return false;
     ++counters_.steps;
     if (event.duration > 0) h_ = std::min(h_, event.duration);
     if (!land(until)) return false;
     if (settle_slip(event)) return true;
-    return solution_.succeeded() && change_modes(event);
+    if (!solution_.succeeded() || !change_modes(event)) return false;
+    if (border_.is_watched()) solution_.exit.function = border_.outside(ends_.q0, ends_.v0);  // v has jumped
+    return solution_.exit.function < 0;
   }
   if (info_.n_c() > 0 && h > kShortestRefined * T_ && !functions_.is_exact()) {
     h_ = 0.5 * h;
     was_rejected_ = true;
     return true;
   }
+  if (leaves_region(h)) return false;
   ++counters_.steps;
   const double end = is_last ? T_ : t_ + h;
   record_motion(end);
@@ -178,6 +183,18 @@ bool EventDrivenRun::take_step() {
   if (settings_.recording >= Recording::grid && n_samples_ == 0)
     solution_.samples.push_back({t_, ends_.q0, ends_.v0, ends_.v0});
   return solution_.succeeded();
+}
+
+/// Whether the step at hand, of length h [s], leaves the region.
+bool EventDrivenRun::leaves_region(double h) {
+  return border_.is_left(
+      h,
+      [&](double s, Vector& q, Vector& v) {
+        q = s < 1 ? ends_.q0 : ends_.q1;
+        v = s < 1 ? ends_.v0 : ends_.v1;
+        if (s > 0 && s < 1) ends_.interpolate(s, q, v);
+      },
+      solution_.exit);
 }
 
 /// The last check of the step at hand.
@@ -229,7 +246,7 @@ bool EventDrivenRun::land(double h) {
     ends_.q0 = ends_.q1;
     ends_.v0 = ends_.v1;
   }
-  if (info_.clock >= 0) ends_.q0[info_.clock] = t_;
+  if (info_.clock >= 0) ends_.q0[info_.clock] = info_.start_time() + t_;
   // Forces at the event, for the decision.
   return (dynamics_.closed().empty() && !sensitivity_) || accelerate();
 }

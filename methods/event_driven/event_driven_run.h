@@ -9,6 +9,7 @@
 #include "methods/event_driven/slip_start.h"
 #include "methods/method.h"
 #include "methods/progress_limit.h"
+#include "methods/regions/region_border.h"
 #include "methods/runge_kutta/embedded_tableau.h"
 #include "methods/step_check.h"
 #include "methods/time_limit.h"
@@ -51,6 +52,7 @@ class EventDrivenRun {
   void choose_first_length();
   bool take_step();
   bool check_step();
+  bool leaves_region(double h);
   bool reach(DetectedEvent& event, double& h);
   bool land(double h);
   bool change_modes(const DetectedEvent& cause);
@@ -90,6 +92,7 @@ class EventDrivenRun {
   std::vector<int> stopped_;  // contacts in space that stop at this instant
   Vector v_minus_;
   StepCheck check_;
+  RegionBorder border_;
   ProgressLimit progress_;
   ForceSpans spans_;
   double t_ = 0, h_ = 0;        // [s]; the length of the next step

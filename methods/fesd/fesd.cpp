@@ -1,7 +1,6 @@
 #include <fmt/format.h>
 
 #include "methods/elements/bilateral_support.h"
-#include "methods/elements/smooth_forces.h"
 #include "methods/fesd/fesd_run.h"
 #include "methods/fesd/reused_solver.h"
 #include "methods/registry.h"
@@ -41,11 +40,11 @@ class Fesd final : public Method {
             .has_sensitivities = true,
             .is_audited = true,
             .impact_laws = all_impact_hypotheses(),
+            .has_regions = true,
             .is_allocation_free = true};
   }
 
   Support supports(const ProblemInfo& problem) const override {
-    if (const Support forces = can_follow_forces(problem); !forces.ok) return forces;
     if (options_.switches != PivotingSolver::Switches::pinned && options_.facets > 0 && has_friction_in_space(problem))
       return Support::no("switches on a polyhedral friction cone in space are pinned only");
     return can_hold_bilateral(tableau_, problem);

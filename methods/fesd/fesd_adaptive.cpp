@@ -6,7 +6,6 @@
 
 #include "methods/contact_laws/force_spans.h"
 #include "methods/elements/bilateral_support.h"
-#include "methods/elements/smooth_forces.h"
 #include "methods/fesd/capture.h"
 #include "methods/fesd/element_error.h"
 #include "methods/fesd/fesd_run.h"
@@ -243,11 +242,11 @@ class FesdAdaptive final : public Method {
             .has_sensitivities = true,
             .is_audited = true,
             .impact_laws = all_impact_hypotheses(),
+            .has_regions = true,
             .is_allocation_free = true};
   }
 
   Support supports(const ProblemInfo& problem) const override {
-    if (const Support forces = can_follow_forces(problem); !forces.ok) return forces;
     // A body that rests on a surface which is accelerated would creep along in steps as short as rounding asks for.
     const auto rests_on_moving = [](const ContactInfo& contact) {
       return contact.is_moving && !contact.is_affine && contact.eps_r == 0;

@@ -10,10 +10,38 @@ FesdRun::FesdRun(const Problem& problem, const ButcherTableau& tableau, const Se
       settings_(settings),
       counters_(counters),
       time_limit_(settings.time_limit),
-      check_(problem, accuracy) {
+      check_(problem, accuracy),
+      border_(problem, settings) {
   if (settings.audit && claims) audit_.emplace(problem, tableau, *claims);
-  if (settings.recording == Recording::motion) motion_.emplace(tableau);
+  if (settings.recording == Recording::motion || border_.is_watched()) motion_.emplace(tableau);
   if (!settings.sensitivities.empty()) sensitivity_.emplace(problem, tableau, settings.sensitivities);
+}
+
+/// Whether an element of the step leaves the region, or begins outside of it after an impact.
+bool FesdRun::leaves_region(const FesdStep& step) {
+  if (!border_.is_watched()) return false;
+  RegionExit& exit = solution_.exit;
+  double begin = 0;
+  for (int n = 0; n < step.n_elements; begin += step.elements[n++].h) {
+    const Element& element = step.elements[n];
+    exit = {};
+    exit.function = border_.outside(element.q0, element.v0);
+    if (exit.function >= 0 && border_.outside(element.q0, step.v_minus.col(n)) < 0) {
+      exit.inside = exit.outside = begin;
+      return true;
+    }
+    Motion motion;
+    motion_->add(0, element.h, element, motion);
+    if (motion.empty()) continue;
+    const auto state = [&](double s, Vector& q, Vector& v) { motion.within(0, s, q, v); };
+    if (border_.is_left(element.h, state, exit)) {
+      exit.inside += begin;
+      exit.outside += begin;
+      return true;
+    }
+  }
+  exit = {};
+  return false;
 }
 
 bool FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, double t_end) {
@@ -24,10 +52,11 @@ bool FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, d
     fail(status, fmt::format("from t = {:.12g} s: ", t), check_.message());
     return false;
   }
+  if (leaves_region(step)) return false;
   record_step(problem_, settings_.recording, step, previous, t, sensitivity(), solution_);
   if (audit_) audit_->add(step, previous, t);
   double begin = t;
-  for (int n = 0; motion_ && n < step.n_elements; ++n) {
+  for (int n = 0; settings_.recording == Recording::motion && n < step.n_elements; ++n) {
     const double end = n + 1 == step.n_elements ? t_end : begin + step.elements[n].h;
     motion_->add(begin, end, step.elements[n], solution_.motion);
     begin = end;

@@ -11,6 +11,7 @@
 #include "methods/fesd/fesd_audit.h"
 #include "methods/fesd/sensitivity.h"
 #include "methods/method.h"
+#include "methods/regions/region_border.h"
 #include "methods/step_check.h"
 #include "methods/time_limit.h"
 
@@ -62,6 +63,8 @@ class FesdRun {
   Solution finish();
 
  private:
+  bool leaves_region(const FesdStep& step);
+
   static constexpr int kMaxSkipped = 1 << 16;  // steps between two checks of the time limit
 
   const Problem& problem_;
@@ -72,8 +75,9 @@ class FesdRun {
   StepCheck check_;
   std::optional<FesdAudit> audit_;
   std::optional<Sensitivity> sensitivity_;
-  std::optional<ElementMotion> motion_;  // of Recording::motion
-  const Element* reached_ = nullptr;     // the last element that was accepted
+  std::optional<ElementMotion> motion_;  // of Recording::motion, or to watch the region
+  RegionBorder border_;
+  const Element* reached_ = nullptr;  // the last element that was accepted
 };
 
 template <class Solver, class Advance, class FailStep, class SkipSteps>
@@ -81,7 +85,8 @@ void FesdRun::take_equal_steps(const Solver& solver, const Advance& advance, con
                                const SkipSteps& skip_steps) {
   const int n = settings_.steps;
   const double T = problem_.info().end_time, H = T / n;
-  const bool looks_at_every_step = audit_ || sensitivity_ || settings_.recording >= Recording::grid;
+  const bool looks_at_every_step =
+      border_.is_watched() || audit_ || sensitivity_ || settings_.recording >= Recording::grid;
   for (int k = 0; k < n; ++k) {
     if (k > 0 && !looks_at_every_step) {
       k += skip_steps(H, std::min(n - k, kMaxSkipped));

@@ -8,6 +8,7 @@
 #include "problems/derivatives/real_functions.h"
 #include "problems/input_error.h"
 #include "problems/join.h"
+#include "problems/regions/switching_functions.h"
 
 namespace ricochet {
 namespace {
@@ -74,7 +75,7 @@ bool add_clock(SymbolicModel& model) {
     model.control.clear();
     model.u.clear();
   }
-  bool has_time = false;
+  bool has_time = model.has_clock;
   for_each_list(model, [&](const std::vector<ex>& list) { has_time = has_time || depends_on(list, {model.t}); });
   for (const auto& contact : model.contacts) {
     has_time = has_time || contact.gap.has(model.t) ||
@@ -99,6 +100,11 @@ bool add_clock(SymbolicModel& model) {
 }
 
 }  // namespace
+
+std::mutex& formulas_mutex() {
+  static std::mutex mutex;
+  return mutex;
+}
 
 SymbolicModel normalized(SymbolicModel model) {
   const auto make_real = [](ex& e) { e = with_real_symbols(e); };
@@ -162,6 +168,12 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(normalized(std::
     auto geometry = std::make_shared<Geometry>(Geometry{without_numbers<double>(*model_.geometry)});
     geometry->for_each_number([next = values.data()](double& number) mutable { number = *next++; });
     info_.geometry = std::move(geometry);
+  }
+
+  info_.region = model_.region;
+  if (SwitchedModel switched = with_switching_functions(stated_); !switched.functions.empty()) {
+    info_.switches = switched.described;
+    switched_ = std::make_shared<const SwitchedModel>(std::move(switched));
   }
 
   total_force_ = model_.force;
@@ -247,6 +259,17 @@ void SymbolicProblem::make_programs(const std::vector<StraightLineProgram::Const
     for (const auto& direction : contact.tangents) slip.push_back(dot(direction, model_.v));
   }
   slip_q_ = SparseProgram(jacobian(slip, model_.q), {model_.q, model_.v}, constants);
+
+  Expressions functions = model_.switching;
+  if (switched_) {
+    GiNaC::exmap values;  // of signs inside of other arguments
+    for (std::size_t k = 0; k < switched_->functions.size(); ++k) {
+      functions.push_back(switched_->functions[k].subs(values));
+      values[switched_->signs[k]] = sign(functions.back());
+    }
+  }
+  switching_ = SparseProgram(functions, {model_.q, model_.v}, constants);
+  switching_derivative_ = SparseProgram(jacobian(functions, state), {model_.q, model_.v}, constants);
 }
 
 void SymbolicProblem::open_parameters() {
@@ -272,7 +295,7 @@ bool SymbolicProblem::set_parameters(std::span<const double> values) {
   }
   for (SparseProgram* program :
        {&mass_, &force_, &gap_, &normal_, &tangent_, &potential_, &force_jacobian_, &mass_q_, &contact_q_, &gap_bias_,
-        &slip_q_, &dynamics_hessian_, &gap_hessian_, &parameter_derivative_}) {
+        &slip_q_, &switching_, &switching_derivative_, &dynamics_hessian_, &gap_hessian_, &parameter_derivative_}) {
     program->set_constants(values);
   }
   const double* next = number_values_.data();
@@ -409,6 +432,29 @@ void SymbolicProblem::gap_bias_bounds(const char*, const Interval* q, const Inte
 
 void SymbolicProblem::slip_derivative_bounds(const char*, const Interval* q, const Interval* v, Interval* T) const {
   slip_q_.evaluate({q, v}, T);
+}
+
+void SymbolicProblem::switching(const double* q, const double* v, double* psi) const {
+  switching_.evaluate({q, v}, psi);
+}
+
+void SymbolicProblem::switching_derivative(const double* q, const double* v, double* D) const {
+  switching_derivative_.evaluate({q, v}, D);
+}
+
+std::unique_ptr<Problem> SymbolicProblem::in_region(std::span<const int> signs) const {
+  if (!switched_) return nullptr;
+  SymbolicModel model = ricochet::in_region(*switched_, signs);
+  for (std::size_t k = 0; k < model.parameters.size(); ++k) model.parameters[k].value = info_.parameters[k].value;
+  auto problem = std::make_unique<SymbolicProblem>(std::move(model));
+  problem->info_.end_time = info_.end_time;
+  problem->info_.u = info_.u;
+  problem->set_initial_state(info_.q0, info_.v0);
+  return problem;
+}
+
+void SymbolicProblem::switching_bounds(const Interval* q, const Interval* v, Interval* psi) const {
+  switching_.evaluate({q, v}, psi);
 }
 
 double SymbolicProblem::potential_energy(const double* q) const {

@@ -58,6 +58,9 @@ struct SymbolicModel {
   GiNaC::ex end_time;                         ///< [s], in terms of the parameters only
   ImpactLaw impact_law;                       ///< as ProblemInfo::impact_law
   std::optional<GiNaC::ex> potential_energy;  ///< [J], in terms of q and the parameters
+  Expressions switching;                      ///< of a region: psi_k, n_s (problems/regions/switching_functions.h)
+  std::vector<int> region;                    ///< its signs, n_s
+  bool has_clock = false;                     ///< the clock is a coordinate even if no formula depends on time
   /// Bodies and shapes, in terms of the parameters only; empty if the scene states none.
   std::optional<GeometryOf<GiNaC::ex>> geometry;
 
@@ -69,8 +72,13 @@ struct SymbolicModel {
   std::vector<StraightLineProgram::Constant> constants(bool may_change = false) const;
 };
 
+/// GiNaC's reference counts have no locks: problems are made and destroyed by one thread at a time, with this lock.
+std::mutex& formulas_mutex();
+
 /// The `model` with real symbols, and without tangents and drives of contacts that have no friction.
 SymbolicModel normalized(SymbolicModel model);
+
+struct SwitchedModel;  // problems/regions/switching_functions.h
 
 /// The Problem of a SymbolicModel. J_n is the gradient of f_c; it and all other derivatives are computed by GiNaC,
 /// exact and sparse. Entries that are identically zero or constant are not computed again.
@@ -100,6 +108,8 @@ class SymbolicProblem : public Problem {
   void gap_bias_bounds(const char* chosen, const Interval* q, const Interval* v, Interval* b) const override;
   void slip_derivative_bounds(const char* chosen, const Interval* q, const Interval* v, Interval* T) const override;
 
+  void switching_bounds(const Interval* q, const Interval* v, Interval* psi) const override;
+
   void force_jacobians(const double* q, const double* v, const double* u, double* f_q, double* f_v) const override;
   void mass_derivative(const double* q, const double* a, double* Ma_q) const override;
   void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t,
@@ -114,6 +124,10 @@ class SymbolicProblem : public Problem {
   void parameter_derivative(const double* q, const double* v, const double* a, const double* lambda_n,
                             const double* lambda_t, double* D) const override;
   void parameter_derivative_of_constants(double* C) const override;
+
+  void switching(const double* q, const double* v, double* psi) const override;
+  void switching_derivative(const double* q, const double* v, double* D) const override;
+  std::unique_ptr<Problem> in_region(std::span<const int> signs) const override;
 
   const SymbolicModel* formulas() const override { return &stated_; }
   const SymbolicProblem* symbolic() const override { return this; }
@@ -153,6 +167,8 @@ class SymbolicProblem : public Problem {
 
   SparseProgram mass_, force_, gap_, normal_, tangent_, potential_;
   SparseProgram force_jacobian_, mass_q_, contact_q_, gap_bias_, slip_q_;
+  SparseProgram switching_, switching_derivative_;
+  std::shared_ptr<const SwitchedModel> switched_;  ///< null without switching functions
 
   // Built at first use, by a transcription or for sensitivities.
   mutable std::once_flag dynamics_hessian_once_, gap_hessian_once_, parameter_derivative_once_;

@@ -12,6 +12,7 @@ MoreauExtrapolation::MoreauExtrapolation(const Problem& problem, const Settings&
     : info_(problem.info()),
       shortest_(shortest),
       midpoint_(problem, settings, solver, observer, counters, shortest),
+      branch_(problem),
       at_(info_),
       next_(info_),
       table_(2 * info_.n_q) {}
@@ -26,11 +27,12 @@ bool MoreauExtrapolation::substep(double h, Rates rates, const State& from) {
 MoreauExtrapolation::Outcome MoreauExtrapolation::step(double h, int rows, double tolerance, State& state) {
   table_.clear();
   tried_residual_ = 0;
+  branch_.begin(state.q, state.v);
   for (int j = 1; j <= rows; ++j) {
     at_ = state;
     for (int s = 0; s < j; ++s) {
       if (!substep(h / j, Rates::in_middle, at_)) return Outcome::failed;
-      if (switches()) return Outcome::switches;
+      if (switches() || branch_.changes(next_.q, next_.v)) return Outcome::switches;
       std::swap(at_, next_);
     }
     table_.next() << at_.q, at_.v;
@@ -44,11 +46,16 @@ MoreauExtrapolation::Outcome MoreauExtrapolation::step(double h, int rows, doubl
   at_.q = table_.best().head(info_.n_q);
   at_.v = table_.best().tail(info_.n_q);
   if (!substep(shortest_, Rates::at_end, at_)) return Outcome::failed;
-  if (switches()) return Outcome::switches;
+  if (switches() || branch_.changes(at_.q, at_.v)) return Outcome::switches;
   std::swap(state, at_);
   residual_ = std::max(residual_, tried_residual_);
   note_depths(state.modes, state);
   return Outcome::reached;
+}
+
+bool MoreauExtrapolation::changes_branch(const State& from, const State& to) {
+  branch_.begin(from.q, from.v);
+  return branch_.changes(to.q, to.v);
 }
 
 bool MoreauExtrapolation::single_step(double h, State& state) {

@@ -2,6 +2,7 @@
 
 #include <array>
 
+#include "methods/time_stepping/common/branch_watch.h"
 #include "methods/time_stepping/common/extrapolation_table.h"
 #include "methods/time_stepping/common/moreau_midpoint.h"
 
@@ -33,7 +34,7 @@ class MoreauExtrapolation {
   /// within the tolerance.
   /// @param rows       the last row where the tolerance is 0
   /// @param tolerance  relative, and absolute in SI units; 0: all rows, none is inaccurate
-  /// @return switches when a contact changes its mode in a substep; failed with reason()
+  /// @return switches when a contact changes its mode, or a formula its branch, in a substep; failed with reason()
   Outcome step(double h, int rows, double tolerance, State& state);
   /// Errors of the last step(): error(j) of T_{j,j-1} in parts of the tolerance, for j = 2 .. rows_used().
   double error(int row) const { return errors_[row]; }
@@ -41,6 +42,9 @@ class MoreauExtrapolation {
 
   /// A single step from `state`, which is replaced, whatever modes become. @return false with reason()
   bool single_step(double h, State& state);
+
+  /// Whether a formula has another branch at the second state.
+  bool changes_branch(const State& from, const State& to);
 
   bool is_affine() const { return midpoint_.is_affine(); }  ///< No direction of a contact depends on q.
   /// An open contact closed in the last substep, with an impulse.
@@ -63,6 +67,7 @@ class MoreauExtrapolation {
   const ProblemInfo& info_;
   const double shortest_;
   MoreauMidpoint midpoint_;
+  BranchWatch branch_;
   State at_, next_;
   ExtrapolationTable table_;  // of (q, v)
   std::array<double, kMaxRows + 1> errors_{};

@@ -12,6 +12,7 @@ namespace {
 
 constexpr std::int64_t kMaxSteps = 10'000'000;
 constexpr double kGapRounding = 1e-13;   // of gaps and ways
+constexpr double kJump = 10;             // of the way of a step: a gap that changes more has jumped
 constexpr double kTimeRounding = 1e-14;  // of the end time: steps that end this close to a time end there
 
 }  // namespace
@@ -95,6 +96,17 @@ bool SwitchingRun::has_passed(double h) {
   });
 }
 
+/// Opens closed contacts whose gap is no longer small: its formula has jumped.
+void SwitchingRun::open_jumped_gaps() {
+  evaluate(before_, gaps_before_);
+  evaluate(state_, gaps_);
+  for (const int i : problem_.info().unilateral) {
+    const double way = single_ * (std::abs(gaps_before_.rate[i]) + std::abs(gaps_.rate[i]));
+    if (is_closed(state_.modes[i]) && gaps_.gap[i] - gaps_before_.gap[i] > kJump * (way + shortest_))
+      state_.modes[i] = ContactMode::open;
+  }
+}
+
 /// q on the cubic with the velocities at both ends of a step of length `h`, s of it after its begin.
 void SwitchingRun::between_ends(double h, double s, Vector& q) const {
   const double r = 1 - s;
@@ -127,6 +139,7 @@ bool SwitchingRun::switch_modes(double end) {
     if (!table_.single_step(is_last ? end - t_ : single_, state_))
       return fail(Status::inner_solver_failed, table_.reason());
     advance(is_last ? end : t_ + single_);
+    if (table_.changes_branch(before_, state_)) open_jumped_gaps();
     record_closings(begin);
     record_piece(begin, 1);
     switches = table_.bounces() || state_.modes != before_.modes;
@@ -138,7 +151,8 @@ bool SwitchingRun::switch_modes(double end) {
 /// A piece of a step ended.
 void SwitchingRun::advance(double end) {
   t_ = end;
-  if (problem_.info().clock >= 0) state_.q[problem_.info().clock] = t_;  // millions of additions round
+  if (problem_.info().clock >= 0)
+    state_.q[problem_.info().clock] = problem_.info().start_time() + t_;  // millions of additions round
   ++solution_.counters.elements;
 }
 

@@ -60,6 +60,7 @@ class SwitchingRun {
   Solution finish();
   void evaluate(const MoreauExtrapolation::State& state, Gaps& gaps);
   bool has_passed(double h);
+  void open_jumped_gaps();
   void between_ends(double h, double s, Vector& q) const;
   void advance(double end);
   void record_piece(double begin, int degree);

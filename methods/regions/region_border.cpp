@@ -1,0 +1,40 @@
+#include "methods/regions/region_border.h"
+
+#include <algorithm>
+
+namespace ricochet {
+namespace {
+
+constexpr double kRounding = 1e-12, kOfTolerance = 0.01;  // of (1)
+
+}  // namespace
+
+RegionBorder::RegionBorder(const Problem& problem, const Settings& settings) : problem_(problem) {
+  if (!settings.stays_in_region) return;
+  n_ = static_cast<int>(problem.info().region.size());
+  relative_ = std::max(kRounding, kOfTolerance * settings.tolerance);
+  psi_.setZero(n_);
+  size_.setZero(n_);
+  D_.setZero(n_, 2 * problem.n_q());
+  measure(problem.info().q0, problem.info().v0);
+}
+
+void RegionBorder::measure(const Vector& q, const Vector& v) {
+  problem_.switching_derivative(q.data(), v.data(), D_.data());
+  const auto n = q.size();
+  const Vector size = D_.leftCols(n).cwiseAbs() * (1 + q.array().abs()).matrix() +
+                      D_.rightCols(n).cwiseAbs() * (1 + v.array().abs()).matrix();
+  size_ = size_.cwiseMax(size);
+}
+
+int RegionBorder::outside(const Vector& q, const Vector& v) {
+  problem_.switching(q.data(), v.data(), psi_.data());
+  int found = -1;
+  for (int k = 0; k < n_; ++k) {
+    psi_[k] *= problem_.info().region[k];
+    if (found < 0 && psi_[k] < -relative_ * size_[k]) found = k;
+  }
+  return found;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,376 @@
+#include "methods/regions/region_run.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <mutex>
+
+#include "problems/derivatives/symbolic_problem.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+constexpr double kSameTime = 1e-12;    // of the end time: two borders at one time
+constexpr double kGrid = 1e-9;         // of a step: on the grid
+constexpr double kZero = 4e-16;        // of the terms of psi_k: the border is located
+constexpr int kMostLocations = 60;     // runs that locate one border
+constexpr int kSpans = 64;             // of the run, in which zeros of functions of time are searched first
+constexpr double kShortest = 1e-15;    // of the run: what time can resolve
+constexpr double kEdge = 1e-3;         // of the bracket: a root so near its end may lie beyond it
+constexpr double kPenetration = 1e-6;  // of a gap that jumps below zero, relative to 1 + |q|
+
+double seconds_now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// sum_j |d psi_k / dx_j| (1 + |x_j|)
+double size_of(const Problem& problem, int n_s, int k, const Vector& q, const Vector& v) {
+  Matrix D(n_s, 2 * q.size());
+  problem.switching_derivative(q.data(), v.data(), D.data());
+  return D.row(k).head(q.size()).cwiseAbs().dot((1 + q.array().abs()).matrix()) +
+         D.row(k).tail(q.size()).cwiseAbs().dot((1 + v.array().abs()).matrix());
+}
+
+void add(Counters& sum, const Counters& part) {
+  for (const auto counter :
+       {&Counters::steps, &Counters::elements, &Counters::force_evaluations, &Counters::jacobian_evaluations,
+        &Counters::mass_factorizations, &Counters::matrix_factorizations, &Counters::linear_solves,
+        &Counters::complementarity_solves, &Counters::inner_iterations, &Counters::pivots, &Counters::events})
+    sum.*counter += part.*counter;
+}
+
+}  // namespace
+
+RegionRun::RegionRun(const Problem& problem, bool is_adaptive, Prepare prepare)
+    : problem_(problem), is_adaptive_(is_adaptive), prepare_(std::move(prepare)) {}
+
+RegionRun::~RegionRun() {
+  const std::lock_guard lock(formulas_mutex());
+  regions_.clear();
+}
+
+RegionRun::Region& RegionRun::region(const std::vector<int>& signs) {
+  Region& found = regions_[signs];
+  if (!found.problem) {
+    {
+      const std::lock_guard lock(formulas_mutex());
+      found.problem = problem_.in_region(signs);
+    }
+    found.solver = prepare_(*found.problem);
+  }
+  return found;
+}
+
+bool RegionRun::stop(Status status, const std::string& message) {
+  total_.status = status;
+  total_.message = message;
+  return false;
+}
+
+/// The sign of psi_k, as the formulas of the branches that hold there give it; that of a zero is 1 at first.
+std::vector<int> RegionRun::signs_at(const Vector& q, const Vector& v) const {
+  std::vector<double> psi(problem_.info().switches.size());
+  problem_.switching(q.data(), v.data(), psi.data());
+  std::vector<int> signs;
+  for (const double x : psi) signs.push_back(x < 0 ? -1 : 1);
+  return signs;
+}
+
+void RegionRun::begin() {
+  const ProblemInfo& info = problem_.info();
+  total_ = {};
+  q_ = info.q0;
+  v_ = info.v0;
+  t_ = 0;
+  T_ = info.end_time;
+  last_crossing_ = -1;
+  crossings_ = 0;
+  modes_.clear();
+  signs_ = signs_at(q_, v_);
+  // Functions of time have the sign that follows the start.
+  if (info.clock < 0) return;
+  Vector later = q_;
+  later[info.clock] += kSameTime * T_;
+  const std::vector<int> next = signs_at(later, v_);
+  for (std::size_t k = 0; k < signs_.size(); ++k) {
+    if (info.switches[k].is_of_time) signs_[k] = next[k];
+  }
+}
+
+/// The first zero of a function of time after `from`, up to `to` [s] of the clock; `to` if there is none. Spans are divided
+/// until bounds exclude a zero, so that none is missed.
+double RegionRun::first_zero(int k, double from, double to) const {
+  const int clock = problem_.info().clock;
+  Vector q = q_, psi(static_cast<Eigen::Index>(signs_.size()));
+  const auto value = [&](double t) {
+    q[clock] = t;
+    problem_.switching(q.data(), v_.data(), psi.data());
+    return psi[k];
+  };
+  std::vector<Interval> q_box(q.data(), q.data() + q.size()), v_box(v_.data(), v_.data() + v_.size()),
+      bounds(signs_.size());
+  const auto may_vanish = [&](double a, double b) {
+    q_box[clock] = {a, b};
+    problem_.switching_bounds(q_box.data(), v_box.data(), bounds.data());
+    return !(bounds[k].lower > 0 || bounds[k].upper < 0);
+  };
+  const double least = kSameTime * (to - from);
+  std::vector<std::pair<double, double>> spans;  // the next one last
+  for (int m = kSpans; m > 0; --m)
+    spans.emplace_back(from + (to - from) * (m - 1) / kSpans, from + (to - from) * m / kSpans);
+  while (!spans.empty()) {
+    auto [a, b] = spans.back();
+    spans.pop_back();
+    if (!may_vanish(a, b)) continue;
+    const double middle = 0.5 * (a + b);
+    if (b - a > least) {
+      spans.emplace_back(middle, b);
+      spans.emplace_back(a, middle);
+      continue;
+    }
+    double f_a = value(a - least);
+    if (const double f_b = value(b + least); f_a * f_b > 0) continue;  // touches zero
+    for (a -= least, b += least; b - a > 1e-16 * std::abs(b);) {
+      const double m = 0.5 * (a + b), f = value(m);
+      if (m <= a || m >= b) break;
+      (f_a * f > 0 ? a : b) = m;
+    }
+    return b;
+  }
+  return to;
+}
+
+/// The next time at which a function of time alone changes its sign [s], from the begin of the run.
+double RegionRun::next_time_switch() const {
+  const ProblemInfo& info = problem_.info();
+  double next = T_;
+  for (std::size_t k = 0; k < signs_.size(); ++k) {
+    if (!info.switches[k].is_of_time) continue;
+    const double start = info.start_time(), from = t_ + 2 * kSameTime * T_;
+    if (from < next) next = std::min(next, first_zero(static_cast<int>(k), start + from, start + next) - start);
+  }
+  return next;
+}
+
+/// One run of the method from the present state.
+Solution RegionRun::run(double length, int steps, bool stays) {
+  Region& here = region(signs_);
+  here.problem->set_initial_state(q_, v_);
+  here.problem->set_end_time(length);
+  Settings settings = settings_;
+  settings.steps = steps;
+  settings.stays_in_region = stays;
+  Solution solution = here.solver->solve(settings);
+  if (!stays) solution.exit = {};
+  return solution;
+}
+
+/// Adds a run from t_ to the whole.
+void RegionRun::take(Solution&& piece) {
+  const bool is_first = t_ == 0 && total_.events.empty() && total_.initial_modes.empty();
+  if (is_first) total_.initial_modes = piece.initial_modes;
+  if (!is_first && !modes_.empty() && piece.initial_modes.size() == modes_.size()) {  // what the border has changed
+    for (const int i : problem_.info().unilateral) {
+      const auto kind = event_kind(modes_[i], piece.initial_modes[i], false);
+      const bool is_known =
+          std::ranges::any_of(piece.events, [&](const Event& e) { return e.contact == i && e.t == 0; });
+      if (!kind || is_known) continue;
+      ++total_.counters.events;
+      if (settings_.recording == Recording::final_state) continue;
+      total_.events.push_back({.t = t_,
+                               .kind = *kind,
+                               .contact = i,
+                               .q = q_,
+                               .v_minus = v_,
+                               .v_plus = v_,
+                               .Lambda_n = Vector::Zero(problem_.n_c()),
+                               .Lambda_t = Vector::Zero(problem_.info().n_lambda_t),
+                               .modes = piece.initial_modes,
+                               .dt = {}});
+    }
+  }
+  if (!piece.initial_modes.empty()) modes_ = piece.initial_modes;
+  for (Event& event : piece.events) {
+    event.t += t_;
+    if (!event.modes.empty()) modes_ = event.modes;
+    total_.events.push_back(std::move(event));
+  }
+  for (Sample& sample : piece.samples) {
+    sample.t += t_;
+    total_.samples.push_back(std::move(sample));
+  }
+  total_.motion.append(piece.motion, t_);
+  add(total_.counters, piece.counters);
+  for (const Residual& residual : piece.residuals) {
+    const auto same = std::ranges::find(total_.residuals, residual.name, &Residual::name);
+    if (same == total_.residuals.end()) {
+      total_.residuals.push_back(residual);
+      total_.residuals.back().t += t_;
+      continue;
+    }
+    same->impossible += residual.impossible;
+    if (residual.value <= same->value) continue;
+    same->value = residual.value;
+    same->t = t_ + residual.t;
+    same->contact = residual.contact;
+  }
+  total_.status = piece.status;
+  total_.message = t_ > 0 && !piece.succeeded()
+                       ? fmt::format("after t = {:.12g} s, where a formula changed its branch: {}", t_, piece.message)
+                       : piece.message;
+  total_.reason = piece.reason;
+  q_ = piece.q;
+  v_ = piece.v;
+  t_ += piece.t;
+}
+
+/// (a) From the begin of the step that leaves the region. @returns false if the run has failed
+bool RegionRun::locate(const RegionExit& exit) {
+  const int k = exit.function;
+  const Problem& here = *region(signs_).problem;
+  const int n_s = static_cast<int>(signs_.size());
+  Vector psi(n_s);
+  const auto psi_at = [&](const Vector& q, const Vector& v) {
+    here.switching(q.data(), v.data(), psi.data());
+    return signs_[k] * psi[k];
+  };
+  if (exit.inside == exit.outside) {  // (c)
+    if (exit.inside <= 0) return cross(k);
+    Solution piece = run(exit.inside, 1, false);
+    const bool ok = piece.succeeded();
+    take(std::move(piece));
+    return ok && cross(k);
+  }
+  const double zero = kZero * size_of(here, n_s, k, q_, v_);
+  double a = exit.inside, b = exit.outside, f_a = exit.psi_inside, f_b = exit.psi_outside;
+  if (a == 0) f_a = std::max(0.0, psi_at(q_, v_));
+  if (a == 0 && f_a <= zero) return cross(k);
+  Solution best;
+  double f_best = std::numeric_limits<double>::infinity();
+  bool is_a_known = a == 0, is_b_known = false;
+  for (int n = 0; n < kMostLocations; ++n) {
+    double h = (a * f_b - b * f_a) / (f_b - f_a);  // the secant
+    if (!(h > a && h < b)) h = 0.5 * (a + b);
+    if (n > 12 && n % 3 == 0) h = 0.5 * (a + b);
+    Solution piece = run(h, 1, false);
+    if (!piece.succeeded()) {
+      take(std::move(piece));
+      return false;
+    }
+    const double f = psi_at(piece.q, piece.v);
+    if (std::abs(f) <= std::abs(f_best)) {
+      f_best = f;
+      best = std::move(piece);
+    }
+    if (std::abs(f) <= zero) break;
+    // Illinois: an end that stays loses half of its weight. An end that is not known is one of the interpolation.
+    const double width = exit.outside - exit.inside;
+    if (f > 0) {
+      if (is_a_known) f_b *= 0.5;
+      a = h;
+      f_a = f;
+      is_a_known = true;
+      if (!is_b_known && b - a < kEdge * width) b = a + width;
+    } else {
+      if (is_b_known) f_a *= 0.5;
+      b = h;
+      f_b = f;
+      is_b_known = true;
+      if (!is_a_known && b - a < kEdge * width) {
+        a = std::max(0.0, b - width);
+        is_a_known = a == 0;
+      }
+    }
+    if (is_a_known && is_b_known && b - a <= kShortest * (t_ + T_)) break;
+  }
+  take(std::move(best));
+  return cross(k);
+}
+
+/// (c) The sign of psi_k changes, and that of others whose formula changes with it. @returns false if the motion slides
+bool RegionRun::cross(int k) {
+  const bool is_same = last_crossing_ >= 0 && t_ - last_crossing_ <= kSameTime * T_;
+  crossings_ = is_same ? crossings_ + 1 : 1;
+  last_crossing_ = t_;
+  const int n_s = static_cast<int>(signs_.size());
+  if (crossings_ > 2 * n_s + 4)
+    return stop(
+        Status::infeasible,
+        fmt::format("at t = {:.12g} s: the motion slides on {} = 0, where a formula jumps: both of its sides lead "
+                    "back there. Only sliding by dry friction is followed",
+                    t_, problem_.info().switches[k].formula));
+  signs_[k] = -signs_[k];
+  const Problem& next = *region(signs_).problem;
+  const Vector gap = next.gap(q_),
+               size = next.normal_jacobian(q_).cwiseAbs().transpose() * (1 + q_.array().abs()).matrix();
+  for (const int i : next.info().unilateral) {
+    if (gap[i] < -kPenetration * (1 + size[i]))
+      return stop(Status::infeasible,
+                  fmt::format("at t = {:.12g} s: the gap of '{}' jumps to {:.3g} m where {} = 0", t_,
+                              next.info().contacts[i].name, gap[i], problem_.info().switches[k].formula));
+  }
+  return true;
+}
+
+Solution RegionRun::solve(const Settings& settings) {
+  settings_ = settings;
+  if (!settings.sensitivities.empty())
+    throw InputError("sensitivities", settings.sensitivities.front(),
+                     "none are available where formulas have abs, sign, min, max or if");
+  begin();
+  const double end = settings.time_limit > 0 ? seconds_now() + settings.time_limit : 0;
+  const int n = settings.steps;
+  const double H = is_adaptive_ ? 0 : T_ / n;
+  double switch_time = next_time_switch();
+  while (t_ < T_) {
+    if (settings.time_limit > 0) settings_.time_limit = std::max(1e-3, end - seconds_now());
+    double until = switch_time;
+    int steps = 1;
+    if (!is_adaptive_) {  // up to the switch, or to the next grid point
+      const double place = t_ / H;
+      const bool is_on_grid = std::abs(place - std::round(place)) < kGrid;
+      const auto first = is_on_grid ? std::lround(place) : static_cast<long>(std::floor(place));
+      const auto last = static_cast<long>(std::floor(until / H + kGrid));
+      if (is_on_grid && last > first) {
+        steps = static_cast<int>(last - first);
+        until = last == n ? T_ : std::min(until, H * static_cast<double>(last));
+      } else {
+        until = std::min(until, H * static_cast<double>(first + 1));
+      }
+    }
+    const double begin_of_piece = t_;
+    Solution piece = run(until - t_, steps, true);
+    const RegionExit exit = piece.exit;
+    const bool ok = piece.succeeded();
+    take(std::move(piece));
+    if (!ok) break;
+    if (exit.function >= 0) {
+      if (!locate(exit)) break;
+      continue;
+    }
+    t_ = until;
+    if (t_ < begin_of_piece + kShortest * T_ && t_ < T_) {
+      stop(Status::inner_solver_failed, fmt::format("at t = {:.12g} s: the time stands still", t_));
+      break;
+    }
+    if (t_ >= switch_time && switch_time < T_) {  // (b)
+      Vector later = q_;
+      later[problem_.info().clock] += 2 * kSameTime * T_;
+      const std::vector<int> next = signs_at(later, v_);
+      for (std::size_t k = 0; k < signs_.size(); ++k) {
+        if (problem_.info().switches[k].is_of_time) signs_[k] = next[k];
+      }
+      switch_time = next_time_switch();
+    }
+  }
+  total_.t = t_;
+  total_.q = q_;
+  total_.v = v_;
+  return std::move(total_);
+}
+
+}  // namespace ricochet

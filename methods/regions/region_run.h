@@ -1,0 +1,72 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <vector>
+
+#include "methods/method.h"
+
+namespace ricochet {
+
+/// A run of a scene whose formulas bend or jump (problems/regions/switching_functions.h), region by region. A method sees
+/// one smooth region at a time, and ends its run where a step leaves it (RegionBorder). Then:
+///
+/// (a) The border is located by runs of the method itself from the begin of that step: the length h with
+///
+///         psi_k(x(t + h)) = 0                                                                                     (1)
+///
+///     by the secant method within a bracket. So the state there has the order of the method, and FESD-J has an element
+///     that ends at the switch.
+/// (b) Zeros of functions of the time alone are computed before the run, and runs end there.
+/// (c) At a border sigma_k changes, and the next run begins with the state there: contacts whose gap has a corner open,
+///     close or are hit as at any start. If an impact makes psi_k jump, the region changes with it.
+/// (d) If the motion comes back at once, and again, it slides on psi_k = 0: the run ends with a status that names psi_k.
+///
+/// A fixed-step method keeps its grid: the step with a border is divided there.
+class RegionRun {
+ public:
+  /// Solves a problem of one region: a new Solver of the method.
+  using Prepare = std::function<std::unique_ptr<Solver>(const Problem&)>;
+
+  RegionRun(const Problem& problem, bool is_adaptive, Prepare prepare);
+  ~RegionRun();
+  RegionRun(const RegionRun&) = delete;
+  RegionRun& operator=(const RegionRun&) = delete;
+
+  /// As Solver::solve().
+  Solution solve(const Settings& settings);
+
+ private:
+  struct Region {
+    std::unique_ptr<Problem> problem;
+    std::unique_ptr<Solver> solver;
+  };
+
+  Region& region(const std::vector<int>& signs);
+  void begin();
+  Solution run(double length, int steps, bool stays);
+  void take(Solution&& piece);
+  double next_time_switch() const;
+  double first_zero(int k, double from, double to) const;
+  bool locate(const RegionExit& exit);
+  bool cross(int k);
+  bool stop(Status status, const std::string& message);
+  std::vector<int> signs_at(const Vector& q, const Vector& v) const;
+
+  const Problem& problem_;
+  const bool is_adaptive_;
+  const Prepare prepare_;
+  std::map<std::vector<int>, Region> regions_;
+
+  // Of the present run.
+  Settings settings_;
+  Solution total_;
+  std::vector<int> signs_;
+  std::vector<ContactMode> modes_;  // at the end of the last piece; empty if the method has no modes
+  Vector q_, v_;
+  double t_ = 0, T_ = 0, last_crossing_ = -1;
+  int crossings_ = 0;  // at the same time
+};
+
+}  // namespace ricochet

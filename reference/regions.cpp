@@ -1,0 +1,190 @@
+#include "reference/regions.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <mutex>
+
+#include "problems/derivatives/symbolic_problem.h"
+#include "reference/stop.h"
+
+namespace ricochet::reference {
+namespace {
+
+constexpr double kTimeShare = 1e-12;  // of the end time: borders at one time, and zeros of functions of time
+constexpr double kChatter = 1e-8;     // of the end time: a border is passed to and fro, because of the offset (1)
+constexpr int kMostCrossings = 20;    // of them
+constexpr int kClockSpans = 128;      // of the clock, that are bounded first
+
+/// The regions of a problem, made when they are entered.
+class Regions {
+ public:
+  explicit Regions(const Problem& problem) : problem_(problem) {}
+  ~Regions() {
+    const std::lock_guard lock(formulas_mutex());
+    made_.clear();
+  }
+  Regions(const Regions&) = delete;
+  Regions& operator=(const Regions&) = delete;
+
+  Problem& operator()(const std::vector<int>& signs) {
+    auto& region = made_[signs];
+    if (!region) {
+      const std::lock_guard lock(formulas_mutex());
+      region = problem_.in_region(signs);
+    }
+    return *region;
+  }
+
+ private:
+  const Problem& problem_;
+  std::map<std::vector<int>, std::unique_ptr<Problem>> made_;
+};
+
+/// The values of all functions at a state of the whole problem.
+Vector functions_at(const Problem& problem, const Vector& q, const Vector& v) {
+  Vector psi(std::ssize(problem.info().switches));
+  problem.switching(q.data(), v.data(), psi.data());
+  return psi;
+}
+
+/// Sorted times at which functions of time alone change their sign, from the begin of the run [s]. A span that may have a
+/// zero by bounds is divided until it is shorter than what kTimeShare resolves.
+std::vector<double> time_switches(const Problem& problem) {
+  const ProblemInfo& info = problem.info();
+  std::vector<double> times;
+  if (info.clock < 0 || std::ranges::none_of(info.switches, &SwitchInfo::is_of_time)) return times;
+  const double T = info.end_time, start = info.start_time();
+  std::vector<Interval> q(info.q0.data(), info.q0.data() + info.n_q), v(info.v0.data(), info.v0.data() + info.n_q),
+      bounds(info.switches.size());
+  Vector place = info.q0;
+  const auto psi = [&](double t) {
+    place[info.clock] = start + t;
+    return functions_at(problem, place, info.v0);
+  };
+  const auto search = [&](const auto& self, double a, double b) -> void {
+    q[info.clock] = {start + a, start + b};
+    problem.switching_bounds(q.data(), v.data(), bounds.data());
+    bool may_vanish = false;
+    for (std::size_t k = 0; k < bounds.size(); ++k)
+      may_vanish = may_vanish || (info.switches[k].is_of_time && bounds[k].lower <= 0 && bounds[k].upper >= 0);
+    if (!may_vanish) return;
+    if (b - a > kTimeShare * T) {
+      const double middle = 0.5 * (a + b);
+      self(self, a, middle);
+      self(self, middle, b);
+      return;
+    }
+    const Vector before = psi(a - kTimeShare * T), after = psi(b + kTimeShare * T);
+    for (Eigen::Index k = 0; k < before.size(); ++k) {
+      if (!info.switches[k].is_of_time || before[k] * after[k] > 0) continue;
+      double left = a - kTimeShare * T, right = b + kTimeShare * T;
+      for (double m = 0.5 * (left + right); m > left && m < right; m = 0.5 * (left + right))
+        (psi(m)[k] * before[k] > 0 ? left : right) = m;
+      if (right > kTimeShare * T && right < (1 - kTimeShare) * T &&
+          (times.empty() || right > times.back() + 4 * kTimeShare * T))
+        times.push_back(right);
+    }
+  };
+  for (int n = 0; n < kClockSpans; ++n) search(search, T * n / kClockSpans, T * (n + 1) / kClockSpans);
+  return times;
+}
+
+/// Adds a piece that begins at t. @param modes  at the end of the piece before it
+void append(const Problem& problem, double t, std::vector<ContactMode>& modes, Solution& piece, Solution& whole) {
+  if (whole.initial_modes.empty()) whole.initial_modes = piece.initial_modes;
+  for (int i = 0; i < problem.n_c() && !modes.empty() && !piece.initial_modes.empty(); ++i) {  // changes at the border
+    const auto kind = event_kind(modes[i], piece.initial_modes[i], false);
+    if (!kind || std::ranges::any_of(piece.events, [&](const Event& e) { return e.contact == i && e.t == 0; }))
+      continue;
+    whole.events.push_back({.t = t,
+                            .kind = *kind,
+                            .contact = i,
+                            .q = whole.q,
+                            .v_minus = whole.v,
+                            .v_plus = whole.v,
+                            .Lambda_n = Vector::Zero(problem.n_c()),
+                            .Lambda_t = Vector::Zero(problem.info().n_lambda_t),
+                            .modes = piece.initial_modes,
+                            .dt = {}});
+  }
+  if (!piece.initial_modes.empty()) modes = piece.initial_modes;
+  for (Event& event : piece.events) {
+    event.t += t;
+    if (!event.modes.empty()) modes = event.modes;
+    whole.events.push_back(std::move(event));
+  }
+  whole.motion.append(piece.motion, t);
+  Counters& sum = whole.counters;
+  sum.steps += piece.counters.steps;
+  sum.elements += piece.counters.elements;
+  sum.force_evaluations += piece.counters.force_evaluations;
+  sum.mass_factorizations += piece.counters.mass_factorizations;
+  sum.matrix_factorizations += piece.counters.matrix_factorizations;
+  sum.inner_iterations += piece.counters.inner_iterations;
+  sum.events = std::ssize(whole.events);
+  whole.status = piece.status;
+  whole.message = std::move(piece.message);
+  whole.reason = std::move(piece.reason);
+  whole.q = piece.q;
+  whole.v = piece.v;
+  whole.t = t + piece.t;
+}
+
+}  // namespace
+
+Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings& settings) {
+  const ProblemInfo& info = problem.info();
+  const double T = info.end_time;
+  Regions regions(problem);
+  Solution whole;
+  whole.q = info.q0;
+  whole.v = info.v0;
+  const std::vector<double> times = time_switches(problem);
+  std::vector<int> signs(info.switches.size(), 1);
+  const auto set_signs = [&](bool of_time_only) {
+    Vector q = whole.q;
+    if (info.clock >= 0) q[info.clock] += 2 * kTimeShare * T;
+    const Vector here = functions_at(problem, whole.q, whole.v), later = functions_at(problem, q, whole.v);
+    for (std::size_t k = 0; k < signs.size(); ++k) {
+      const bool is_of_time = info.switches[k].is_of_time;
+      if (is_of_time || !of_time_only)
+        signs[k] = (is_of_time ? later : here)[static_cast<Eigen::Index>(k)] < 0 ? -1 : 1;
+    }
+  };
+  set_signs(false);
+  std::vector<ContactMode> modes;
+  auto next_time = times.begin();
+  int crossings = 0;
+  double last_crossing = -1;
+  while (whole.t < T && whole.succeeded()) {
+    Problem& here = regions(signs);
+    const double begin = whole.t, until = next_time == times.end() ? T : *next_time;
+    here.set_initial_state(whole.q, whole.v);
+    here.set_end_time(until - begin);
+    Solution piece = integrate_in_region(here, settings);
+    const int border = piece.exit.function;
+    append(problem, begin, modes, piece, whole);
+    if (!whole.succeeded()) break;
+    if (border < 0) {
+      whole.t = until;
+      if (next_time != times.end()) ++next_time;
+      set_signs(true);
+      continue;
+    }
+    crossings = last_crossing >= 0 && whole.t - last_crossing <= kChatter * T ? crossings + 1 : 1;
+    last_crossing = whole.t;
+    if (crossings > 2 * std::ssize(signs) + kMostCrossings) {
+      stop(whole, Status::infeasible, whole.t,
+           fmt::format("the motion slides on {} = 0, where a formula jumps", info.switches[border].formula));
+      break;
+    }
+    signs[border] = -signs[border];
+  }
+  return whole;
+}
+
+}  // namespace ricochet::reference
