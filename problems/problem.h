@@ -249,7 +249,7 @@ class Problem {
   /// psi: n_s, the switching functions at (q, v). In a region, those of its formulas.
   virtual void switching([[maybe_unused]] const double* q, [[maybe_unused]] const double* v,
                          [[maybe_unused]] double* psi) const {}
-  /// D: n_s x 2 n_q, their derivatives with respect to q, v.
+  /// D: n_s x (2 n_q + parameters), their derivatives with respect to q, v, and info().parameters.
   virtual void switching_derivative([[maybe_unused]] const double* q, [[maybe_unused]] const double* v,
                                     [[maybe_unused]] double* D) const {}
   /// The problem of one region: every formula is smooth, and is that of the `signs` (n_s, each 1 or -1) everywhere.

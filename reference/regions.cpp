@@ -8,6 +8,7 @@
 #include <memory>
 #include <mutex>
 
+#include "problems/dense_solve.h"
 #include "problems/derivatives/symbolic_problem.h"
 #include "reference/stop.h"
 
@@ -15,9 +16,11 @@ namespace ricochet::reference {
 namespace {
 
 constexpr double kTimeShare = 1e-12;  // of the end time: borders at one time, and zeros of functions of time
-constexpr double kChatter = 1e-8;     // of the end time: a border is passed to and fro, because of the offset (1)
-constexpr int kMostCrossings = 20;    // of them
-constexpr int kClockSpans = 128;      // of the clock, that are bounded first
+constexpr double kRoundedZero = 1e-13, kLargestOffset = 1e-3;  // of the terms of psi_k, (1)
+constexpr double kNegligible = 0.01;                           // of the tolerance
+constexpr double kChatter = 1e-6;   // of the end time: a border is passed to and fro, because of the offset (1)
+constexpr int kMostCrossings = 40;  // of them
+constexpr int kClockSpans = 128;    // of the clock, that are bounded first
 
 /// The regions of a problem, made when they are entered.
 class Regions {
@@ -93,6 +96,47 @@ std::vector<double> time_switches(const Problem& problem) {
   return times;
 }
 
+/// Whether gaps and directions of contacts do not change at the border.
+bool have_same_contacts(const Problem& here, const Problem& beyond, const Vector& q) {
+  return here.gap(q) == beyond.gap(q) && here.normal_jacobian(q) == beyond.normal_jacobian(q) &&
+         here.tangent_jacobian(q) == beyond.tangent_jacobian(q);
+}
+
+/// delta of (1) at a state of a region. @param across(k)  the region beyond psi_k = 0
+Vector offsets_of(const Problem& here, const Vector& q, const Vector& v, double tolerance, const auto& across) {
+  const Eigen::Index n = q.size(), n_s = std::ssize(here.info().region);
+  Matrix D(n_s, 2 * n + std::ssize(here.info().parameters));
+  here.switching_derivative(q.data(), v.data(), D.data());
+  const auto acceleration = [](const Problem& problem, const Vector& at_q, const Vector& at_v) {
+    return Vector(CholeskyFactors(problem.mass_matrix(at_q)).solve(problem.force(at_q, at_v)));
+  };
+  Vector offsets(n_s);
+  for (Eigen::Index k = 0; k < n_s; ++k) {
+    const Vector slope = D.row(k).head(2 * n);
+    const double size = slope.head(n).cwiseAbs().dot((1 + q.array().abs()).matrix()) +
+                        slope.tail(n).cwiseAbs().dot((1 + v.array().abs()).matrix());
+    offsets[k] = std::max(kRoundedZero, 0.1 * tolerance) * size;
+    if (!(slope.squaredNorm() > 0)) continue;
+    Vector psi(n_s);
+    here.switching(q.data(), v.data(), psi.data());
+    const Problem& beyond = across(static_cast<int>(k));
+    for (double delta = kLargestOffset * size; delta > offsets[k]; delta *= 0.1) {
+      bool is_negligible = true;
+      for (const double to : {-delta, delta}) {  // the nearest states with psi_k = to
+        const double way = (to - psi[k]) / slope.squaredNorm();
+        const Vector at_q = q + way * slope.head(n), at_v = v + way * slope.tail(n);
+        const Vector a = acceleration(here, at_q, at_v), jump = a - acceleration(beyond, at_q, at_v);
+        is_negligible = is_negligible && jump.norm() <= kNegligible * tolerance * a.norm() &&
+                        have_same_contacts(here, beyond, at_q);
+      }
+      if (!is_negligible) continue;
+      offsets[k] = delta;
+      break;
+    }
+  }
+  return offsets;
+}
+
 /// Adds a piece that begins at t. @param modes  at the end of the piece before it
 void append(const Problem& problem, double t, std::vector<ContactMode>& modes, Solution& piece, Solution& whole) {
   if (whole.initial_modes.empty()) whole.initial_modes = piece.initial_modes;
@@ -165,7 +209,13 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
     const double begin = whole.t, until = next_time == times.end() ? T : *next_time;
     here.set_initial_state(whole.q, whole.v);
     here.set_end_time(until - begin);
-    Solution piece = integrate_in_region(here, settings);
+    EventLocatedSettings of_region = settings;
+    of_region.border_offset = offsets_of(here, whole.q, whole.v, settings.tolerance, [&](int k) -> const Problem& {
+      std::vector<int> beyond = signs;
+      beyond[static_cast<std::size_t>(k)] *= -1;
+      return regions(beyond);
+    });
+    Solution piece = integrate_in_region(here, of_region);
     const int border = piece.exit.function;
     append(problem, begin, modes, piece, whole);
     if (!whole.succeeded()) break;
@@ -179,7 +229,8 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
     last_crossing = whole.t;
     if (crossings > 2 * std::ssize(signs) + kMostCrossings) {
       stop(whole, Status::infeasible, whole.t,
-           fmt::format("the motion slides on {} = 0, where a formula jumps", info.switches[border].formula));
+           fmt::format("the motion slides on {} = 0, where a formula jumps, or impacts accumulate there",
+                       info.switches[border].formula));
       break;
     }
     signs[border] = -signs[border];

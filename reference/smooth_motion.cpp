@@ -83,14 +83,6 @@ SmoothMotion::SmoothMotion(const Problem& problem, const Scales& scales, const E
   lambda_n_.setZero(n_c_);
   lambda_t_.setZero(problem.info().n_lambda_t);
   a_.setZero(n_q_);
-  if (n_s_ > 0) {
-    const auto& info = problem.info();
-    Matrix D(n_s_, 2 * n_q_);
-    problem.switching_derivative(info.q0.data(), info.v0.data(), D.data());
-    border_offset_ = (D.leftCols(n_q_).cwiseAbs() * (1 + info.q0.array().abs()).matrix() +
-                      D.rightCols(n_q_).cwiseAbs() * (1 + info.v0.array().abs()).matrix()) *
-                     std::max(1e-13, 0.1 * settings.tolerance);
-  }
   for (int i = 0, k = n_c_; i < n_c_; ++i) friction_root_[i] = slips_.has_friction(i) ? k++ : -1;
 }
 
@@ -139,7 +131,7 @@ bool SmoothMotion::roots(const double* y, double* values) {
 /// regions.h (1)
 void SmoothMotion::set_borders(const double* q, const double* v, double* values) const {
   problem_.switching(q, v, values);
-  for (int k = 0; k < n_s_; ++k) values[k] = problem_.info().region[k] * values[k] + border_offset_[k];
+  for (int k = 0; k < n_s_; ++k) values[k] = problem_.info().region[k] * values[k] + settings_.border_offset[k];
 }
 
 int SmoothMotion::border_at_end(StepEnd end) const {

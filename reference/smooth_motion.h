@@ -115,7 +115,6 @@ class SmoothMotion final : public SmoothSystem {
   const std::unique_ptr<Integrator> integrator_;
   std::vector<int> friction_root_;  // index of (2), (3) among the root functions, by contact; -1 without friction
   Vector force_size_;
-  Vector border_offset_;  // delta of regions.h (1)
   Vector packed_n_, packed_t_, lambda_n_, lambda_t_, a_;
   struct {
     bool has = false;

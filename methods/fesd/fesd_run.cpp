@@ -52,7 +52,10 @@ bool FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, d
     fail(status, fmt::format("from t = {:.12g} s: ", t), check_.message());
     return false;
   }
-  if (leaves_region(step)) return false;
+  if (leaves_region(step)) {
+    if (sensitivity_) sensitivity_->reject();
+    return false;
+  }
   record_step(problem_, settings_.recording, step, previous, t, sensitivity(), solution_);
   if (audit_) audit_->add(step, previous, t);
   double begin = t;

@@ -8,8 +8,10 @@
 #include <limits>
 #include <mutex>
 
+#include "problems/dense_solve.h"
 #include "problems/derivatives/symbolic_problem.h"
 #include "problems/input_error.h"
+#include "problems/variables.h"
 
 namespace ricochet {
 namespace {
@@ -21,6 +23,7 @@ constexpr int kMostLocations = 60;     // runs that locate one border
 constexpr int kSpans = 64;             // of the run, in which zeros of functions of time are searched first
 constexpr double kShortest = 1e-15;    // of the run: what time can resolve
 constexpr double kEdge = 1e-3;         // of the bracket: a root so near its end may lie beyond it
+constexpr double kSmooth = 1e-12;      // jump of an acceleration that is rounding, relative
 constexpr double kPenetration = 1e-6;  // of a gap that jumps below zero, relative to 1 + |q|
 
 double seconds_now() {
@@ -29,10 +32,10 @@ double seconds_now() {
 
 /// sum_j |d psi_k / dx_j| (1 + |x_j|)
 double size_of(const Problem& problem, int n_s, int k, const Vector& q, const Vector& v) {
-  Matrix D(n_s, 2 * q.size());
+  Matrix D(n_s, 2 * q.size() + std::ssize(problem.info().parameters));
   problem.switching_derivative(q.data(), v.data(), D.data());
   return D.row(k).head(q.size()).cwiseAbs().dot((1 + q.array().abs()).matrix()) +
-         D.row(k).tail(q.size()).cwiseAbs().dot((1 + v.array().abs()).matrix());
+         D.row(k).segment(q.size(), q.size()).cwiseAbs().dot((1 + v.array().abs()).matrix());
 }
 
 void add(Counters& sum, const Counters& part) {
@@ -90,6 +93,7 @@ void RegionRun::begin() {
   last_crossing_ = -1;
   crossings_ = 0;
   modes_.clear();
+  piece_variables_.clear();
   signs_ = signs_at(q_, v_);
   // Functions of time have the sign that follows the start.
   if (info.clock < 0) return;
@@ -164,6 +168,7 @@ Solution RegionRun::run(double length, int steps, bool stays) {
   Settings settings = settings_;
   settings.steps = steps;
   settings.stays_in_region = stays;
+  settings.sensitivities = piece_variables_;
   Solution solution = here.solver->solve(settings);
   if (!stays) solution.exit = {};
   return solution;
@@ -194,6 +199,7 @@ void RegionRun::take(Solution&& piece) {
     }
   }
   if (!piece.initial_modes.empty()) modes_ = piece.initial_modes;
+  chain(piece);
   for (Event& event : piece.events) {
     event.t += t_;
     if (!event.modes.empty()) modes_ = event.modes;
@@ -239,6 +245,12 @@ bool RegionRun::locate(const RegionExit& exit) {
     return signs_[k] * psi[k];
   };
   if (exit.inside == exit.outside) {  // (c)
+    if (!piece_variables_.empty())
+      return stop(
+          Status::inner_solver_failed,
+          fmt::format("at t = {:.12g} s: an impact changes the branch of a formula; derivatives through that are not "
+                      "available",
+                      t_ + exit.inside));
     if (exit.inside <= 0) return cross(k);
     Solution piece = run(exit.inside, 1, false);
     const bool ok = piece.succeeded();
@@ -291,6 +303,81 @@ bool RegionRun::locate(const RegionExit& exit) {
   return cross(k);
 }
 
+/// The variables of the pieces, and S at the start.
+void RegionRun::begin_sensitivities() {
+  const ProblemInfo& info = problem_.info();
+  const int n = info.n_mechanical();
+  const auto n_theta = std::ssize(settings_.sensitivities), n_p = std::ssize(info.parameters);
+  Matrix C(2 * info.n_q + 2 * info.n_c() + 1, n_p);
+  problem_.parameter_derivative_of_constants(C.data());
+  S_.setZero(2 * info.n_q, n_theta);
+  of_start_ = S_;
+  for (const char* of : {"q0", "v0"}) {
+    for (int k = 0; k < n; ++k) piece_variables_.push_back(fmt::format("{}:{}", of, k));
+  }
+  std::vector<Eigen::Index> columns;  // of varied parameters
+  for (Eigen::Index j = 0; j < n_theta; ++j) {
+    const Eigen::Index variable = find_variable(info, settings_.sensitivities[j]);
+    if (variable < 2 * n) {
+      S_(variable < n ? variable : info.n_q + variable - n, j) = 1;
+      continue;
+    }
+    const Eigen::Index p = variable - 2 * n;
+    if (C(C.rows() - 1, p) != 0)
+      throw InputError("sensitivities", settings_.sensitivities[j],
+                       "the end time must not depend on it where formulas have abs, sign, min, max or if");
+    S_.col(j) = of_start_.col(j) = C.col(p).head(2 * info.n_q);
+    piece_variables_.push_back(settings_.sensitivities[j]);
+    columns.push_back(j);
+  }
+  of_parameters_.setZero(std::ssize(columns), n_theta);
+  for (std::size_t row = 0; row < columns.size(); ++row)
+    of_parameters_(static_cast<Eigen::Index>(row), columns[row]) = 1;
+}
+
+/// S at the end of a piece, and the derivatives of its events.
+void RegionRun::chain(Solution& piece) {
+  if (piece_variables_.empty() || piece.dq.size() == 0) return;
+  const Eigen::Index n_q = problem_.n_q(), n = problem_.info().n_mechanical();
+  Matrix start(2 * n + of_parameters_.rows(), S_.cols());
+  // The derivatives of a piece by parameters contain those of the stated initial state, which is not its start.
+  const Matrix of_state = S_ - of_start_;
+  start << of_state.topRows(n), of_state.middleRows(n_q, n), of_parameters_;
+  for (Event& event : piece.events) {
+    if (event.dt.size() > 0) event.dt = start.transpose() * Vector(event.dt);
+  }
+  S_.topRows(n_q) = piece.dq * start;
+  S_.bottomRows(n_q) = piece.dv * start;
+}
+
+/// (2)
+bool RegionRun::vary_border(int k, const Problem& before, const Problem& after) {
+  if (piece_variables_.empty()) return true;
+  const auto acceleration = [&](const Problem& problem) {
+    return Vector(CholeskyFactors(problem.mass_matrix(q_)).solve(problem.force(q_, v_)));
+  };
+  const Vector a = acceleration(before), jump = a - acceleration(after);
+  if (jump.norm() <= kSmooth * a.norm()) return true;
+  if (std::ranges::any_of(modes_, is_closed))
+    return stop(
+        Status::inner_solver_failed,
+        fmt::format("at t = {:.12g} s: a force jumps while contacts are closed; derivatives through that are not "
+                    "available",
+                    t_));
+  const Eigen::Index n_q = q_.size(), n_p = std::ssize(problem_.info().parameters);
+  Matrix D(std::ssize(signs_), 2 * n_q + n_p);
+  before.switching_derivative(q_.data(), v_.data(), D.data());
+  Eigen::RowVectorXd change = D.row(k).head(2 * n_q) * S_;
+  for (Eigen::Index j = 0; j < S_.cols(); ++j) {
+    const Eigen::Index variable = find_variable(problem_.info(), settings_.sensitivities[j]);
+    const Eigen::Index p = variable - 2 * problem_.info().n_mechanical();
+    if (p >= 0) change[j] += D(k, 2 * n_q + p);
+  }
+  const double rate = D.row(k).head(n_q).dot(v_) + D.row(k).segment(n_q, n_q).dot(a);
+  S_.bottomRows(n_q) -= jump * (change / rate);
+  return true;
+}
+
 /// (c) The sign of psi_k changes, and that of others whose formula changes with it. @returns false if the motion slides
 bool RegionRun::cross(int k) {
   const bool is_same = last_crossing_ >= 0 && t_ - last_crossing_ <= kSameTime * T_;
@@ -303,8 +390,15 @@ bool RegionRun::cross(int k) {
         fmt::format("at t = {:.12g} s: the motion slides on {} = 0, where a formula jumps: both of its sides lead "
                     "back there. Only sliding by dry friction is followed",
                     t_, problem_.info().switches[k].formula));
+  return flip(k);
+}
+
+/// (c), (2) @returns false if the run ends
+bool RegionRun::flip(int k) {
+  const Problem& before = *region(signs_).problem;
   signs_[k] = -signs_[k];
   const Problem& next = *region(signs_).problem;
+  if (!vary_border(k, before, next)) return false;
   const Vector gap = next.gap(q_),
                size = next.normal_jacobian(q_).cwiseAbs().transpose() * (1 + q_.array().abs()).matrix();
   for (const int i : next.info().unilateral) {
@@ -318,10 +412,8 @@ bool RegionRun::cross(int k) {
 
 Solution RegionRun::solve(const Settings& settings) {
   settings_ = settings;
-  if (!settings.sensitivities.empty())
-    throw InputError("sensitivities", settings.sensitivities.front(),
-                     "none are available where formulas have abs, sign, min, max or if");
   begin();
+  if (!settings.sensitivities.empty()) begin_sensitivities();
   const double end = settings.time_limit > 0 ? seconds_now() + settings.time_limit : 0;
   const int n = settings.steps;
   const double H = is_adaptive_ ? 0 : T_ / n;
@@ -361,15 +453,21 @@ Solution RegionRun::solve(const Settings& settings) {
       Vector later = q_;
       later[problem_.info().clock] += 2 * kSameTime * T_;
       const std::vector<int> next = signs_at(later, v_);
-      for (std::size_t k = 0; k < signs_.size(); ++k) {
-        if (problem_.info().switches[k].is_of_time) signs_[k] = next[k];
+      bool goes_on = true;
+      for (std::size_t k = 0; k < signs_.size() && goes_on; ++k) {
+        if (problem_.info().switches[k].is_of_time && signs_[k] != next[k]) goes_on = flip(static_cast<int>(k));
       }
+      if (!goes_on) break;
       switch_time = next_time_switch();
     }
   }
   total_.t = t_;
   total_.q = q_;
   total_.v = v_;
+  if (!piece_variables_.empty()) {
+    total_.dq = S_.topRows(q_.size());
+    total_.dv = S_.bottomRows(q_.size());
+  }
   return std::move(total_);
 }
 

@@ -23,6 +23,11 @@ namespace ricochet {
 ///     close or are hit as at any start. If an impact makes psi_k jump, the region changes with it.
 /// (d) If the motion comes back at once, and again, it slides on psi_k = 0: the run ends with a status that names psi_k.
 ///
+/// Derivatives S of x = (q, v) with respect to Settings::sensitivities are chained: those of each run, with respect to its
+/// start and the parameters, times those of its start. Where the acceleration jumps at a border (all contacts open),
+///
+///         S+ = S- + (x'- - x'+) d tau,   d tau = -(d psi_k/dx S- + d psi_k/dp) / (d psi_k/dt)                     (2)
+///
 /// A fixed-step method keeps its grid: the step with a border is divided there.
 class RegionRun {
  public:
@@ -51,6 +56,10 @@ class RegionRun {
   double first_zero(int k, double from, double to) const;
   bool locate(const RegionExit& exit);
   bool cross(int k);
+  bool flip(int k);
+  void begin_sensitivities();
+  void chain(Solution& piece);
+  bool vary_border(int k, const Problem& before, const Problem& after);
   bool stop(Status status, const std::string& message);
   std::vector<int> signs_at(const Vector& q, const Vector& v) const;
 
@@ -65,6 +74,10 @@ class RegionRun {
   std::vector<int> signs_;
   std::vector<ContactMode> modes_;  // at the end of the last piece; empty if the method has no modes
   Vector q_, v_;
+  Matrix of_start_;       // 2 n_q x n_theta: what the formulas of the initial state depend on parameters
+  Matrix S_;              // 2 n_q x n_theta
+  Matrix of_parameters_;  // varied parameters x n_theta, zeros and ones
+  std::vector<std::string> piece_variables_;  // of the runs of pieces: q0, v0, the varied parameters
   double t_ = 0, T_ = 0, last_crossing_ = -1;
   int crossings_ = 0;  // at the same time
 };

@@ -8,9 +8,8 @@
 ///
 ///     d|x|/dx = sign(x), 0 at x = 0;   d sign(x)/dx = 0;   d choose(c, a, b)/dx = choose(c, da/dx, db/dx)        (1)
 ///
-/// are one-sided or mean values where the derivative does not exist. The points where these functions jump have measure
-/// zero, and no event marks them: a time step across a jump uses the derivative of the side on which it evaluates.
-/// The order of a method follows the smoothness: 1 across a jump of the force, 2 across a kink.
+/// are one-sided or mean values where the derivative does not exist. Methods that locate borders never differentiate across
+/// them (problems/regions/switching_functions.h); others use the side on which they evaluate.
 ///
 /// In a scene, `sign` and `choose` serve numbers and symbols alike, and so does `using std::abs; abs(x)`.
 

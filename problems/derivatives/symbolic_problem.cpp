@@ -269,6 +269,7 @@ void SymbolicProblem::make_programs(const std::vector<StraightLineProgram::Const
     }
   }
   switching_ = SparseProgram(functions, {model_.q, model_.v}, constants);
+  state.insert(state.end(), model_.parameter_symbols.begin(), model_.parameter_symbols.end());
   switching_derivative_ = SparseProgram(jacobian(functions, state), {model_.q, model_.v}, constants);
 }
 
@@ -447,8 +448,8 @@ std::unique_ptr<Problem> SymbolicProblem::in_region(std::span<const int> signs) 
   SymbolicModel model = ricochet::in_region(*switched_, signs);
   for (std::size_t k = 0; k < model.parameters.size(); ++k) model.parameters[k].value = info_.parameters[k].value;
   auto problem = std::make_unique<SymbolicProblem>(std::move(model));
-  problem->info_.end_time = info_.end_time;
   problem->info_.u = info_.u;
+  problem->info_.end_time = info_.end_time;
   problem->set_initial_state(info_.q0, info_.v0);
   return problem;
 }
