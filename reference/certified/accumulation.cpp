@@ -6,9 +6,10 @@
 #include "reference/certified/friction_in_space.h"
 #include "reference/certified/hybrid_motion.h"
 
-// Infinitely many impacts of one contact that exchanges no momentum with others, in finite time. The
-// state is that after an impact, with gap = 0 and v_n = delta > 0. Let boxes Q, V contain the motion on the window
-// t_0 <= t <= t_0 + w, and let the gap's acceleration without contact force be within [-b, -a] there, a > 0. Then
+// Infinitely many impacts of one contact i in finite time, while the contacts C that exchange momentum with it are
+// closed. The state is that after an impact, with gap = 0 and v_n = delta > 0. Let boxes Q, V contain the motion on the
+// window t_0 <= t <= t_0 + w, and let the gap's acceleration without contact force be within [-b, -a] there, a > 0.
+// Then
 //
 //     a flight from the speed v lasts 2 v / a at most and returns with v sqrt(b/a) at most                          (1)
 //     speeds fall by the ratio  rho = eps_r sqrt(b/a) < 1;  flights last  2 delta / (a (1 - rho))  =: w  together   (2)
@@ -34,6 +35,16 @@
 //     V = v_0 + [0, w] hull(a_o, a_c) + [0, delta / (1 - rho)] M^-1 J' L                                            (6)
 //
 // After the limit, the law of forces must allow sticking alone.
+//
+// If C is not empty, all of these contacts are frictionless. Forces of C are positive in flights and after the limit.
+// In an impact, let C keep w = 0, and w_i+ = -eps_r w_i-. The equations of impulses are those of forces, so that, with
+// the forces lambda^o and lambda^c of the open and the closed contact i at the same state,
+//
+//     Lambda_j = Lambda_i (lambda_j^c - lambda_j^o) / lambda_i^c,   Lambda_i > 0                                    (7)
+//
+// If lambda_j^c - lambda_j^o > 0, or exactly zero, for all j in C that are no joints, these impulses satisfy Moreau's
+// law at every impact. They are the only ones: the equations of all contacts together are regular, so that G = J M^-1
+// J' of them is positive definite, and this complementarity problem has one solution. The contacts of C stay closed.
 
 namespace ricochet::reference::certified {
 
@@ -41,14 +52,15 @@ namespace ricochet::reference::certified {
 struct HybridMotion::Collapse {
   int contact;
   ModeMotion open, closed;
-  Mode mode;                ///< of the contact after the limit
-  std::vector<Node> rates;  ///< accelerations of gap and slip without contact force
-  std::vector<Ball> start;  ///< q_0, v_0
-  Ball delta;               ///< upper bound of v_n
-  std::vector<Ball> box;    ///< Q, V
-  Ball w;                   ///< upper bound, exact
-  Ball least, most;         ///< a and b
-  Ball rest;                ///< 1 - rho
+  Mode mode;                 ///< of the contact after the limit
+  std::vector<Node> shares;  ///< lambda_j^c - lambda_j^o of (7)
+  std::vector<Node> rates;   ///< accelerations of gap and slip without contact force
+  std::vector<Ball> start;   ///< q_0, v_0
+  Ball delta;                ///< upper bound of v_n
+  std::vector<Ball> box;     ///< Q, V
+  Ball w;                    ///< upper bound, exact
+  Ball least, most;          ///< a and b
+  Ball rest;                 ///< 1 - rho
 };
 
 namespace {
@@ -100,9 +112,13 @@ bool only_sticks(const BallMatrix& G, const std::vector<Ball>& r, const Ball& mu
 /// Whether impacts of this contact alone can accumulate in a way that pass_accumulation() proves.
 bool HybridMotion::may_collapse(int i) const {
   const ContactFormulas& contact = scene_.contacts[i];
+  const std::vector<int> coupled = coupled_contacts(scene_, states_.modes, {i}, p_);
+  const bool is_frictionless = std::ranges::all_of(coupled, [&](int j) {
+    return scene_.contacts[j].n_t() == 0 && states_.left_out.count({j, -1}) == 0;
+  });
   return !contact.is_bilateral && contact.eps_r.sign() == Sign::positive &&
          p_.precision().sub(Ball(1.0), contact.eps_r).sign() == Sign::positive &&
-         coupled_contacts(scene_, states_.modes, {i}, p_).size() == 1;
+         (coupled.size() == 1 || is_frictionless);
 }
 
 /// The right-hand sides of (4). @throws Undecided
@@ -118,6 +134,11 @@ void HybridMotion::map_collapse(Collapse& collapse) {
       if (!is_own_gap && p_.value_of(event.node).sign() != Sign::positive)
         throw Undecided(name_of_event(event) + " while impacts accumulate");
     }
+  }
+  for (const Node share : collapse.shares) {
+    const Ball value = p_.value_of(share);
+    if (value.sign() != Sign::positive && !value.is_zero())
+      throw Undecided("a closed contact may open while impacts accumulate");
   }
   const Ball fall = -p_.value_of(collapse.rates[0]);
   if (fall.sign() != Sign::positive) throw Undecided("the gap may not fall while impacts accumulate");
@@ -192,14 +213,17 @@ Mode HybridMotion::mode_of_collapse(int i, Mode last) {
 /// After an impact of contact i: if its speed is so small that the digits do not suffer, the motion goes on after the
 /// limit of all further impacts, with the contact closed. @param last  mode of the impact  @returns whether it does
 bool HybridMotion::pass_accumulation(int i, Mode last) {
-  constexpr double kSpare = 3;  // digits that the window may cost
+  constexpr double kSpare = 3;             // digits that the window may cost,
+  constexpr double kMorePerBit = 1. / 60;  // of a second attempt: other contacts may need more
   const Precision& a = p_.precision();
   if (states_.modes[i] != Mode::open || !may_collapse(i)) return false;
   const ContactFormulas& contact = scene_.contacts[i];
   taylor_.load(set_.box(), t_);
   const Ball v_n = p_.value_of(contact.v_n);
   const double rest = 1 - contact.eps_r.nearest();
-  if (v_n.sign() != Sign::positive || !(v_n.nearest() < rest * std::pow(10., -options_.digits - kSpare))) return false;
+  const double more = kMorePerBit * static_cast<double>(a.bits - 10 * options_.digits / 3 - 60);
+  const double spare = kSpare + (scene_.n_c() > 1 ? std::max(0.0, more) : 0.0);
+  if (v_n.sign() != Sign::positive || !(v_n.nearest() < rest * std::pow(10., -options_.digits - spare))) return false;
   Collapse collapse;
   collapse.contact = i;
   collapse.open = mode_motion(scene_, states_.modes, p_, {}, states_.left_out);
@@ -208,6 +232,10 @@ bool HybridMotion::pass_accumulation(int i, Mode last) {
   modes[i] = collapse.mode;
   collapse.closed = mode_motion(scene_, modes, p_, {}, states_.left_out);
   collapse.rates = contact_rates(collapse.open, contact, scene_, p_);
+  for (const int j : coupled_contacts(scene_, states_.modes, {i}, p_)) {
+    if (j != i && !scene_.contacts[j].is_bilateral)
+      collapse.shares.push_back(p_.sub(collapse.closed.normal_force.at(j), collapse.open.normal_force.at(j)));
+  }
   collapse.start = collapse.box = set_.box();
   collapse.delta = upper_bound(v_n, a.bits);
   map_collapse(collapse);

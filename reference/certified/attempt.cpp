@@ -93,7 +93,7 @@ Attempt attempts(const Problem& problem, Options next, const TimeLimit& limit, i
     if (is_final) break;
     const double lost = last.log10_radius + static_cast<double>(next.bits) / kBitsPerDigit;  // digits
     const bool is_same = last.is_undecided && last.motion.reason == reason;
-    const bool needs_bits = cut > 0 && last.accumulates;   // to reach the cut
+    const bool needs_bits = last.accumulates;              // to reach the cut, or speeds that the digits do not notice
     if (is_same && lost < kTieLoss && !needs_bits) break;  // a tie
     reason = last.motion.reason;
     // After each event the form begins again with a box; a certificate has boxes only.

@@ -14,6 +14,8 @@ void HybridMotion::handle(const EventFunction& event) {
       keep_impact(std::move(x), outcome, contact);
       if (cut_ > 0)
         pass_group_collapse(event.contact);  // a window, which is proven, would be wider than what is taken as zero
+      else if (const auto neighbour = neighbour_of(event.contact))
+        pass_accumulation_of_two(event.contact, *neighbour);
       else
         pass_accumulation(event.contact, outcome.modes.front());
       break;

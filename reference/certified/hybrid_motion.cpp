@@ -118,7 +118,8 @@ void HybridMotion::run() {
   try {
     run_to_end();
   } catch (const Undecided& error) {
-    if (cut_ > 0 || !impacts_accumulate() || may_collapse(last_impact_)) throw;  // more bits reach smaller speeds
+    const bool may_pass = may_collapse(last_impact_) || may_collapse_with_another(last_impact_);
+    if (cut_ > 0 || !impacts_accumulate() || may_pass) throw;  // more bits reach smaller speeds
     throw Unsupported(fmt::format("impacts accumulate at t = {}", short_text(t_)));
   }
 }

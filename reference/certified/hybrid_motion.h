@@ -1,5 +1,7 @@
 #pragma once
 
+#include <optional>
+
 #include "reference/certified/certified_motion.h"
 #include "reference/certified/decisions.h"
 #include "reference/certified/moving_set.h"
@@ -67,6 +69,24 @@ class HybridMotion {
   void map_collapse(Collapse& collapse);
   std::vector<Ball> jumps_of_slip(const Collapse& collapse);
   std::vector<Ball> jumps_of_sticking(const Collapse& collapse);
+
+  // accumulation_of_two.cpp
+  struct PairCollapse;
+  struct PairImpacts;
+  bool may_collapse_with_another(int contact);
+  std::optional<int> neighbour_of(int contact);
+  bool set_pair(PairCollapse& pair);
+  bool load_pair(PairCollapse& pair, const std::vector<const ModeMotion*>& motions);
+  PairImpacts impacts_of_pair(const PairCollapse& pair, double least, int most) const;
+  void map_pair(PairCollapse& pair, const Ball& duration, const std::array<Ball, 2>& most);
+  bool map_rest_of_two(PairCollapse& pair, double small);
+  template <class Map>
+  bool enclose_pair(PairCollapse& pair, Map map);
+  bool pass_accumulation_of_two(int contact, int neighbour);
+
+  // plastic_accumulation.cpp
+  bool map_plastic_pair(PairCollapse& pair);
+  void pass_limit(const PairCollapse& pair, const std::string& contact);
 
   // group_collapse.cpp
   void pass_group_collapse(int contact);
