@@ -169,6 +169,13 @@ TEST(CertifiedSensitivities, AreRefusedWhereTheMotionIsNotSmooth) {
            Refusal{R"({"q0": ["0", "0"], "v0": ["1", "0"], "T": "2", "M": [["1", "0"], ["0", "1"]],
                        "f": ["0", "-1"], "contacts": [{"gap": "q[1]"}, {"gap": "1 - q[0] + q[1]**2", "e": "1/2"}]})",
                    "the law of an impact does not hold strictly"},
+           // one of two contacts that stick is redundant, unless a moves the other
+           Refusal{R"({"params": {"a": "0"}, "q0": ["0", "0", "0", "0"], "v0": ["0", "0", "0", "1"], "T": "1",
+                       "M": [["1", "0", "0", "0"], ["0", "1", "0", "0"], ["0", "0", "1", "0"], ["0", "0", "0", "1"]],
+                       "f": ["0", "-10", "-10", "0"], "contacts": [
+                       {"gap": "q[1]", "mu": "1/2", "Jt": [["1", "0", "0", "0"]]},
+                       {"gap": "q[2]", "mu": "1/2", "Jt": [["1", "0", "0", "a"]]}]})",
+                   "redundant contacts, which may depend on these parameters"},
            // no weight
            Refusal{R"({"params": {"g": "0"}, "q0": ["0"], "v0": ["0"], "T": "1", "M": [["1"]], "f": ["-g"],
                        "contacts": [{"gap": "q[0]"}]})",
