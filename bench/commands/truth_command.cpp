@@ -44,6 +44,19 @@ void print_event(const CertifiedEvent& event, const ProblemInfo& info) {
   }
 }
 
+void print_sensitivities(const CertifiedMotion& motion) {
+  if (!motion.no_sensitivities.empty()) fmt::print("no d/dtheta {}\n", motion.no_sensitivities);
+  for (const auto& column : motion.sensitivities) {
+    if (!column.reason.empty()) fmt::print("d/d({})  none: {}\n", column.variable, column.reason);
+    const auto print = [&](const char* name, const std::vector<CertifiedNumber>& numbers) {
+      for (std::size_t k = 0; k < numbers.size(); ++k)
+        fmt::print("d {}[{}] / d {}  {}\n", name, k, column.variable, with_radius(numbers[k]));
+    };
+    print("q", column.q);
+    print("v", column.v);
+  }
+}
+
 void print_motion(const CertifiedMotion& motion, std::optional<double> moved, const ProblemInfo& info) {
   fmt::print("problem    {}: {}\n", info.id, info.title);
   fmt::print(
@@ -62,6 +75,7 @@ void print_motion(const CertifiedMotion& motion, std::optional<double> moved, co
   }
   for (std::size_t k = 0; k < motion.q.size(); ++k) fmt::print("q[{}]       {}\n", k, with_radius(motion.q[k]));
   for (std::size_t k = 0; k < motion.v.size(); ++k) fmt::print("v[{}]       {}\n", k, with_radius(motion.v[k]));
+  print_sensitivities(motion);
   fmt::print("work       {:.3g} s; {} bits, order {}, {} steps, {}, {} attempt{}\n", motion.seconds, motion.bits,
              motion.order, motion.n_steps, motion.mean_value_form ? "mean value form" : "boxes", motion.attempts,
              motion.attempts == 1 ? "" : "s");
@@ -85,6 +99,11 @@ ordered_json json_of(const CertifiedMotion& motion, std::optional<double> moved,
   document["q"] = json_of(motion.q);
   document["v"] = json_of(motion.v);
   document["modes"] = motion.modes;
+  if (!motion.no_sensitivities.empty()) document["no_sensitivities"] = motion.no_sensitivities;
+  for (const auto& column : motion.sensitivities) {
+    document["sensitivities"].push_back(
+        {{"variable", column.variable}, {"reason", column.reason}, {"q", json_of(column.q)}, {"v", json_of(column.v)}});
+  }
   document["events"] = ordered_json::array();
   for (const auto& event : motion.events) {
     document["events"].push_back({{"t", event.time.text},
@@ -158,6 +177,8 @@ void add_truth_command(CLI::App& app, int& exit_code) {
       ->add_option("--time-limit", arguments.options.max_seconds,
                    "limit of the wall time in seconds, after which the motion is left open (default: 10)")
       ->check(positive_number());
+  command->add_flag("--sensitivities", arguments.options.with_sensitivities,
+                    "also enclose the derivatives of the final state by q0, v0 and every parameter");
   command->add_flag("--json", arguments.as_json, "print JSON");
   command->add_option("--output,-o", arguments.output,
                       "new FILE for a certificate, which others can check; balls are slightly wider then");

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdlib>
 #include <exception>
+#include <memory>
 
 #include "reference/certified/hybrid_motion.h"
 
@@ -18,6 +19,7 @@ constexpr double kLost = -4;        // log10 of the radius of a state that is lo
 constexpr double kRoomOfCut = 3;    // digits per decimal place of a cut, because gaps are like squares of velocities
 constexpr double kTieLoss = 30;     // digits; what is undecided twice with less is taken for a tie
 constexpr int kLeastOrder = 12;
+constexpr double kShareOfSensitivities = 0.7;  // of the wall time that is left
 
 /// Digits that boxes may lose before the mean value form is cheaper, which costs (2n)^2 more series.
 double affordable_loss(int n) {
@@ -48,9 +50,17 @@ Attempt attempt(const Problem& problem, const Options& options, const TimeLimit&
     result.motion.q.clear();
     result.motion.v.clear();
     result.motion.modes.clear();
+    result.motion.sensitivities.clear();
   };
   try {
+    std::unique_ptr<Sensitivities> sensitivities;
+    if (options.with_sensitivities && cut == 0) {
+      const double left = options.max_seconds - limit.seconds();
+      sensitivities =
+          std::make_unique<Sensitivities>(problem, options.reading, precision, kShareOfSensitivities * left);
+    }
     HybridMotion motion(scene_formulas(problem, options.reading, program), program, options, limit, cut);
+    if (sensitivities) motion.follow(*sensitivities);
     const auto end = [&](const std::string& reason) {
       result.motion = motion.result();
       result.log10_radius = motion.log10_radius();

@@ -9,6 +9,8 @@ CertifiedMotion certified_motion(const Problem& problem, const Options& options)
   Attempt last = attempts(problem, options, limit);
   const bool is_tie = last.motion.grade == Grade::open && (last.accumulates || last.is_undecided);
   if (is_tie && options.may_compute) take_computed(last.motion, problem, options, limit);
+  if (options.with_sensitivities && last.motion.sensitivities.empty() && last.motion.no_sensitivities.empty())
+    last.motion.no_sensitivities = std::string("the motion is ") + name_of(last.motion.grade);
   last.motion.reading = options.reading;
   last.motion.seconds = limit.seconds();
   return last.motion;

@@ -38,6 +38,7 @@ struct Options {
   double order_per_bit = 0.35;         ///< N = order_per_bit * bits
   bool with_steps = false;             ///< fill CertifiedMotion::steps, for certificates, and leave room in all balls
   bool mean_value_form = false;        ///< begin with the mean value form instead of boxes
+  bool with_sensitivities = false;     ///< fill CertifiedMotion::sensitivities
   bool may_compute = true;             ///< try the grade `computed` where a proof fails
 };
 
@@ -56,6 +57,14 @@ struct CertifiedEvent {
   std::vector<std::string> modes;  ///< of all contacts after it: open, closed, stick, slip+, slip-, slip
   std::vector<CertifiedNumber> Lambda_n;  ///< impulses of all contacts, of an impact [N s]
   Grade grade = Grade::proven;            ///< of the motion up to here
+};
+
+/// The derivative of the final state with respect to one variable, with proven digits.
+struct CertifiedSensitivity {
+  std::string variable;            ///< "q0:1", "v0:0", "param:mu", as of variables()
+  std::string reason;              ///< why there is no derivative, or none that is proven; empty otherwise
+  std::vector<CertifiedNumber> q;  ///< dq(T), n; empty if there is none
+  std::vector<CertifiedNumber> v;  ///< dv(T), n; empty if there is none
 };
 
 /// One Taylor step, for certificates. Numbers with radii are texts of arb_dump_str: exact, hexadecimal.
@@ -89,6 +98,9 @@ struct CertifiedMotion {
   int attempts = 0;                      ///< runs with rising precision
   bool mean_value_form = false;          ///< the last attempt used it
   double seconds = 0;                    ///< wall time of everything
+
+  std::vector<CertifiedSensitivity> sensitivities;  ///< of all variables(), if Options::with_sensitivities
+  std::string no_sensitivities;                     ///< why there are none; empty if there are
 
   /// Proven decimal places of the worst number of q, v and the event times.
   int decimals() const;

@@ -6,11 +6,15 @@ namespace ricochet::reference::certified {
 
 void HybridMotion::handle(const EventFunction& event) {
   const std::string& contact = scene_.contacts[event.contact].name;
+  if (sensitivities_) sensitivities_->reach(event, set_.box(), t_);
   switch (event.kind) {
     case EventKind::impact: {
       last_impact_ = event.contact;
       std::vector<Ball> x = set_.box();
+      const std::vector<Mode> before = states_.modes;
+      const std::vector<int> candidates = coupled_contacts(scene_, before, {event.contact}, p_);
       const ImpactOutcome outcome = decisions_.close_gaps(x, t_, {event.contact}, states_);
+      if (sensitivities_) sensitivities_->strike(set_.box(), t_, event.contact, before, candidates, outcome.modes);
       keep_impact(std::move(x), outcome, contact);
       if (cut_ > 0)
         pass_group_collapse(event.contact);  // a window, which is proven, would be wider than what is taken as zero

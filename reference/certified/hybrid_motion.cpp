@@ -74,7 +74,12 @@ void HybridMotion::assume(const std::string& what) {
 void HybridMotion::take_as_zero(const std::string& what) {
   result_.assumptions.push_back(fmt::format("{}, below 1e-{}, at t = {}", what, cut_, short_text(t_)));
   result_.grade = Grade::computed;
+  refuse_sensitivities("the motion is computed, not proven");
   result_.no_certificate = "the motion is computed, not proven";
+}
+
+void HybridMotion::refuse_sensitivities(const std::string& reason) {
+  if (sensitivities_) sensitivities_->refuse(reason);
 }
 
 void HybridMotion::begin() {
@@ -84,7 +89,9 @@ void HybridMotion::begin() {
   for (const auto& assumption : start.assumptions) assume(assumption);
   if (start.hit.empty()) {
     decisions_.decide_modes(x, t_, start.touching, start.slip_sign, states_);
+    if (sensitivities_) sensitivities_->start(states_, x);
   } else {
+    refuse_sensitivities("an impact at t = 0");
     const ImpactOutcome outcome = decisions_.strike(x, t_, start.candidates(), start.closed(scene_.n_c()), states_);
     keep_impact(std::move(x), outcome, scene_.contacts[start.hit.front()].name);
   }
@@ -100,6 +107,7 @@ void HybridMotion::begin_motion() {
     if (onset.order > 1) set_.take_mean_value_form();  // friction is stiff then, and boxes grow
   }
   set_.begin(motion_);
+  if (sensitivities_) sensitivities_->begin(states_, motion_, set_.box(), t_);
   for (const int i : decisions_.sticking_in_space()) {
     const std::string text = fmt::format("{} sticks; slip in space from rest is not refuted", scene_.contacts[i].name);
     if (std::ranges::count(result_.assumptions, text) == 0) assume(text);
@@ -165,6 +173,7 @@ void HybridMotion::run_to_end() {
       handle(EventFunction(motion_.events[step.reached.front()]));
   }
   leave_room();
+  if (sensitivities_) sensitivities_->finish(set_.box(), t_);
 }
 
 /// In a certificate every set is wider than the result of the step before, so that a checker that rounds in another
@@ -185,6 +194,7 @@ void HybridMotion::leave_room() {
 }
 
 void HybridMotion::advance(const Step& step) {
+  if (sensitivities_) sensitivities_->move(set_.box(), t_, p_.precision().mul(step.end, Ball(step.h)));
   set_.advance(motion_, t_, step.h, step.end, !step.reached.empty());
   const Precision& a = p_.precision();
   t_ = a.add(t_, a.mul(step.end, Ball(step.h)));
@@ -195,6 +205,7 @@ void HybridMotion::advance(const Step& step) {
 void HybridMotion::pass_window(const std::vector<Ball>& box, const Ball& w, const Ball& event,
                                const std::vector<Mode>& modes, const std::string& kind, const std::string& contact) {
   const Precision& a = p_.precision();
+  refuse_sensitivities(kind + " within a window: " + contact);
   const Ball begin = t_;
   set_.set_box(box);
   states_.modes = modes;
@@ -278,7 +289,9 @@ bool HybridMotion::find_events(double h, const Ball& end, Step& step, std::strin
                     : event.kind == EventKind::slip_end ? states_.vanishing_slip[event.contact]
                     : event.kind == EventKind::cone     ? states_.sticks_at_limit[event.contact]
                                                         : 0;
+    const int expected = vanishing;
     vanishing = p_.leading(event.node, vanishing, p_.precision().order);
+    if (vanishing > expected) refuse_sensitivities(name_of_event(event) + ": it vanishes to a higher order");
     BoundedPolynomial f;
     taylor_.polynomial(f, event.node, h, vanishing);
     Ball first;
@@ -337,7 +350,7 @@ void HybridMotion::keep(const Step& step) {
 }
 
 double HybridMotion::log10_radius() const {
-  double worst = -1e9;
+  double worst = sensitivities_ ? sensitivities_->log10_radius() : -1e9;
   for (const Ball& x : set_.box()) worst = std::max(worst, x.log10_radius());
   for (const Ball& t : event_times_) worst = std::max(worst, t.log10_radius());
   return worst;
@@ -353,6 +366,7 @@ CertifiedMotion HybridMotion::result() const {
   for (int k = 0; k < scene_.n; ++k) result.v.push_back(number(set_.box()[scene_.n + k]));
   for (std::size_t k = 0; k < event_times_.size(); ++k) result.events[k].time = number(event_times_[k]);
   result.end_time = number(t_);
+  if (sensitivities_) sensitivities_->write(result, options_.digits + kSpareDigits);
   if (options_.with_steps) std::ranges::transform(set_.box(), std::back_inserter(result.final_state), exact_text);
   result.modes = names_of(states_.modes);
   result.bits = p_.precision().bits;

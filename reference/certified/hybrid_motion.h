@@ -5,6 +5,7 @@
 #include "reference/certified/certified_motion.h"
 #include "reference/certified/decisions.h"
 #include "reference/certified/moving_set.h"
+#include "reference/certified/sensitivities.h"
 
 /// @file
 /// HybridMotion: one attempt, at one precision, to enclose a motion from event to event.
@@ -20,6 +21,9 @@ class HybridMotion {
   ///             the grade is `computed`; 0: never
   HybridMotion(SceneFormulas formulas, SeriesProgram& program, const Options& options, const TimeLimit& limit,
                int cut = 0);
+
+  /// Lets `sensitivities` follow the motion. They must outlive it.
+  void follow(Sensitivities& sensitivities) { sensitivities_ = &sensitivities; }
 
   /// Runs to the end time. @throws Undecided, Unsupported, OutOfTime, with what is enclosed until then in result()
   void run();
@@ -45,6 +49,7 @@ class HybridMotion {
   void begin();
   void assume(const std::string& what);
   void take_as_zero(const std::string& what);
+  void refuse_sensitivities(const std::string& reason);
   void begin_motion();
   Step find_step();
   double shortest_flight() const;
@@ -126,6 +131,7 @@ class HybridMotion {
   MovingSet set_;
   Decisions decisions_;
   ContactStates states_;
+  Sensitivities* sensitivities_ = nullptr;
   ModeMotion motion_;
   Ball t_;
   int last_impact_ = 0;  ///< contact of the last impact

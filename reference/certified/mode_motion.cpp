@@ -93,7 +93,7 @@ class ModeEquations {
   void add_normal(int i) {
     const ContactFormulas& contact = scene_.contacts[i];
     std::vector<Node> column = contact.J_n;
-    const Node mu = p_.constant(contact.mu);
+    const Node mu = contact.mu_formula;
     for (int r = 0; r < scene_.n; ++r) {
       const auto along = [&](int d) { return p_.mul(mu, contact.J_t[d][r]); };
       if (modes_[i] == Mode::slip_plus) column[r] = p_.sub(column[r], along(0));
@@ -217,7 +217,7 @@ class ModeEquations {
       events.push_back({slip, EventKind::slip_end, i});
     }
     if (modes_[i] != Mode::stick) return;
-    const Node bound = p_.mul(p_.constant(contact.mu), force);
+    const Node bound = p_.mul(contact.mu_formula, force);
     const auto& friction = motion_.friction[i];
     if (p_.is_zero(bound) && p_.is_zero(friction[0])) return;  // no force acts
     if (contact.n_t() == 1) {

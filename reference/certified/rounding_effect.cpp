@@ -28,6 +28,7 @@ std::optional<double> moved_by_rounding(const Problem& problem, const CertifiedM
   if (motion.grade > Grade::assumed) return std::nullopt;
   options.reading = Reading::rounded;
   options.with_steps = false;
+  options.with_sensitivities = false;
   options.may_compute = false;
   const CertifiedMotion rounded = certified_motion(problem, options);
   if (rounded.grade > Grade::assumed || !have_same_events(motion, rounded)) return std::nullopt;

@@ -225,7 +225,7 @@ class Translator {
 /// Reads a scene: exact formulas first, nodes next.
 class SceneTranslation {
  public:
-  SceneTranslation(const Problem& problem, Reading reading, SeriesProgram& program)
+  SceneTranslation(const Problem& problem, Reading reading, SeriesProgram& program, bool parameters_vary)
       : problem_(problem),
         model_(*problem.formulas()),
         reading_(reading),
@@ -236,6 +236,13 @@ class SceneTranslation {
       const ParameterInfo& parameter = model_.parameters[k];
       const ex* const exact = reading == Reading::decimal ? model_.exact_value(parameter) : nullptr;
       parameters_[model_.parameter_symbols[k]] = exact ? exact_(*exact) : ex(as_read(parameter.value, reading));
+    }
+    if (!parameters_vary) return;
+    for (const auto& symbol : model_.parameter_symbols) scene_.values.push_back(number(symbol));
+    parameters_vary_ = true;
+    for (std::size_t k = 0; k < scene_.values.size(); ++k) {
+      program_.set(add(scene_.parameters, program_.state()), 0, scene_.values[k].get());
+      translate_.bind(model_.parameter_symbols[k], scene_.parameters[k]);
     }
   }
 
@@ -251,6 +258,22 @@ class SceneTranslation {
     return std::move(scene_);
   }
 
+  /// As SceneFormulas::stays_zero.
+  bool stays_zero(int i, int variable, bool with_v_n, bool with_v_t) const {
+    const int n = scene_.n;
+    GiNaC::exmap start = start_, values = parameters_;
+    if (variable < 2 * n)
+      start.erase(variable < n ? model_.q[variable] : model_.v[variable - n]);
+    else
+      values.erase(model_.parameter_symbols[variable - 2 * n]);
+    const auto& rates = rates_[i];
+    for (std::size_t k = 0; k < rates.size(); ++k) {
+      const bool is_asked = k == 0 || (k == 1 ? with_v_n : with_v_t);
+      if (is_asked && !is_zero_at(rates[k], start, values)) return false;
+    }
+    return true;
+  }
+
   ContactPair compare(int i, int j) {
     const auto &a = model_.contacts[i], &b = model_.contacts[j];
     return {translate_(exact(a.gap - b.gap).expand()), exact(a.eps_r - b.eps_r).expand().is_zero()};
@@ -261,11 +284,14 @@ class SceneTranslation {
     list.push_back(node);
     return node;
   }
-  ex exact(const ex& e) { return exact_(e).subs(parameters_, GiNaC::subs_options::no_pattern); }
+  ex exact(const ex& e) {
+    const ex read = exact_(e);
+    return parameters_vary_ ? read : read.subs(parameters_, GiNaC::subs_options::no_pattern);
+  }
   Node node(const ex& e) { return translate_(exact(e)); }
   Ball number(const ex& e) {
     const Node n = node(e);
-    if (!program_.is_constant(n)) throw Unsupported("a number of the scene depends on the motion");
+    if (!parameters_vary_ && !program_.is_constant(n)) throw Unsupported("a number of the scene depends on the motion");
     return program_.value_of(n);
   }
 
@@ -280,6 +306,7 @@ class SceneTranslation {
         const ex start = is_stated ? exact(stated[k]) : ex(as_read(value, reading_));
         start_[symbols[k]] = start;
         scene_.start.push_back(number(start));
+        scene_.start_formulas.push_back(node(start));
       }
     };
     read(model_.q0, model_.q, info.q0, problem_.stated_q0());
@@ -288,6 +315,7 @@ class SceneTranslation {
     const ex end_time =
         model_.number(model_.end_time) == info.end_time ? model_.end_time : ex(as_read(info.end_time, reading_));
     scene_.end_time = number(end_time);
+    scene_.end_time_formula = node(end_time);
   }
 
   void read_dynamics() {
@@ -307,9 +335,12 @@ class SceneTranslation {
 
   /// Whether a formula of q, v and t is zero at the start, by the rules of algebra. A denominator that is zero needs no
   /// care: the formula has no value in balls then, and nothing is proven of its motion.
-  bool is_zero_at_start(const ex& e) const {
+  bool is_zero_at_start(const ex& e) const { return !parameters_vary_ && is_zero_at(e, start_, {}); }
+
+  /// The same with some `values` of parameters.
+  static bool is_zero_at(const ex& e, const GiNaC::exmap& start, const GiNaC::exmap& values) {
     try {
-      const ex value = e.subs(start_, GiNaC::subs_options::no_pattern);
+      const ex value = e.subs(start, GiNaC::subs_options::no_pattern).subs(values, GiNaC::subs_options::no_pattern);
       if (value.is_zero() || value.expand().is_zero()) return true;
       AngleRules rules;
       const ex simpler = rules(rules(value).expand()).expand();
@@ -361,6 +392,8 @@ class SceneTranslation {
     contact.is_bilateral = stated.is_bilateral;
     contact.eps_r = number(stated.eps_r);
     contact.mu = number(stated.mu);
+    contact.eps_r_formula = node(stated.eps_r);
+    contact.mu_formula = node(stated.mu);
     const ex gap = exact(stated.gap);
     contact.gap = translate_(gap);
     ex v_n = gap.diff(model_.t);
@@ -391,6 +424,8 @@ class SceneTranslation {
     }
     const bool is_at_rest = contact.gap_is_zero && contact.v_n_is_zero && contact.v_t_is_zero;
     contact.sticks_at_limit = contact.n_t() == 2 && is_at_rest && is_at_limit(exact(stated.mu), rates);
+    rates.insert(rates.begin(), gap);
+    rates_.push_back(std::move(rates));
     scene_.contacts.push_back(std::move(contact));
   }
 
@@ -414,20 +449,25 @@ class SceneTranslation {
   SeriesProgram& program_;
   Translator translate_;
   GiNaC::exmap parameters_, start_;
+  bool parameters_vary_ = false;
+  std::vector<std::vector<ex>> rates_;  ///< gap, v_n and v_t of the contacts
   SceneFormulas scene_;
 };
 
 }  // namespace
 
-SceneFormulas scene_formulas(const Problem& problem, Reading reading, SeriesProgram& program) {
+SceneFormulas scene_formulas(const Problem& problem, Reading reading, SeriesProgram& program, bool parameters_vary) {
   if (!is_small(problem))
     throw Unsupported(fmt::format("{} coordinates and {} contacts are too many", problem.n_q(), problem.n_c()));
   if (!problem.formulas()) throw Unsupported("the scene is not made of formulas");
   if (problem.info().impact_law.hypothesis != ImpactHypothesis::newton)
     throw Unsupported(fmt::format("impact law {}", name_of(problem.info().impact_law.hypothesis)));
-  const auto translation = std::make_shared<SceneTranslation>(problem, reading, program);
+  const auto translation = std::make_shared<SceneTranslation>(problem, reading, program, parameters_vary);
   SceneFormulas scene = translation->run();
   scene.compare = [translation](int i, int j) { return translation->compare(i, j); };
+  scene.stays_zero = [translation](int contact, int variable, bool with_v_n, bool with_v_t) {
+    return translation->stays_zero(contact, variable, with_v_n, with_v_t);
+  };
   return scene;
 }
 

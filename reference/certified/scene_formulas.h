@@ -31,6 +31,7 @@ struct Undecided : std::runtime_error {
 struct ContactFormulas {
   std::string name;                                  ///< as in ContactInfo
   Ball eps_r, mu;                                    ///< Newton's restitution, Coulomb's friction
+  Node eps_r_formula = -1, mu_formula = -1;          ///< the same as formulas of the parameters
   bool is_bilateral = false;                         ///< a constraint
   Node gap = -1, v_n = -1;                           ///< f_c [m], v_n [m/s]
   std::vector<Node> J_n;                             ///< n_q
@@ -59,8 +60,16 @@ struct SceneFormulas {
   std::vector<std::vector<Node>> M;  ///< n rows of n
   std::vector<Node> f;               ///< n
   std::vector<ContactFormulas> contacts;
-  std::vector<Ball> start;                                       ///< q0, then v0
-  Ball end_time;                                                 ///< [s]
+  std::vector<Ball> start;  ///< q0, then v0
+  Ball end_time;            ///< [s]
+  // Of scenes whose parameters are variables; empty otherwise.
+  std::vector<Node> parameters;      ///< in the order of ProblemInfo::parameters
+  std::vector<Ball> values;          ///< of the parameters
+  std::vector<Node> start_formulas;  ///< q0, then v0
+  Node end_time_formula = -1;        ///< T
+  /// Whether the gap of a contact, also v_n, also v_t, stay zero at t = 0 if one variable changes: q0, v0 or a parameter,
+  /// counted in this order.
+  std::function<bool(int contact, int variable, bool with_v_n, bool with_v_t)> stays_zero;
   std::function<ContactPair(int i, int j)> compare;              ///< Contacts i and j.
   int n_c() const { return static_cast<int>(contacts.size()); }  ///< Contacts.
 };
@@ -69,6 +78,8 @@ struct SceneFormulas {
 /// read as `reading` says. An initial state that was set by Problem::set_initial_state() is read in the same way.
 /// @throws Unsupported if there are no formulas, or too many, or if one of them bends, jumps, or has a function without a
 /// series
-SceneFormulas scene_formulas(const Problem& problem, Reading reading, SeriesProgram& program);
+/// @param parameters_vary  the parameters are variables of the program, for derivatives
+SceneFormulas scene_formulas(const Problem& problem, Reading reading, SeriesProgram& program,
+                             bool parameters_vary = false);
 
 }  // namespace ricochet::reference::certified

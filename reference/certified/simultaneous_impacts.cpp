@@ -167,6 +167,7 @@ void HybridMotion::require_impacts(const Window& window) {
 }
 
 void HybridMotion::handle_decoupled_impacts(const Step& step) {
+  refuse_sensitivities("simultaneous impacts");
   Window window = window_of(step);
   map_window(window);
   map_window(window);  // with V+ in the hull

@@ -21,6 +21,10 @@ void TaylorStep::load(const std::vector<Ball>& x, const Ball& t) {
   p_.set(scene_.clock, 0, t.get());
   p_.set(scene_.clock, 1, one.get());
   for (int k = 2; k <= p_.precision().order; ++k) p_.set(scene_.clock, k, zero.get());
+  for (std::size_t j = 0; j < scene_.parameters.size(); ++j) {
+    p_.set(scene_.parameters[j], 0, scene_.values[j].get());
+    for (int k = 1; k <= p_.precision().order; ++k) p_.set(scene_.parameters[j], k, zero.get());
+  }
 }
 
 TaylorStep::Rates TaylorStep::rates(const ModeMotion& motion) const {
@@ -33,7 +37,7 @@ TaylorStep::Rates TaylorStep::rates(const ModeMotion& motion) const {
 TaylorStep::Rates TaylorStep::rates(const Variation& variation) const {
   Rates rates;
   for (int i = 0; i < 2 * scene_.n; ++i) {
-    for (int k = 0; k < 2 * scene_.n; ++k) {
+    for (std::size_t k = 0; k < variation.phi[i].size(); ++k) {
       const bool upper = i < scene_.n;
       rates.emplace_back(variation.phi[i][k], upper ? variation.phi[scene_.n + i][k] : variation.rate[i - scene_.n][k]);
     }
@@ -65,17 +69,17 @@ void TaylorStep::expand(const ModeMotion& motion, int order) {
 
 void TaylorStep::expand(const ModeMotion& motion, const Variation& variation, const std::vector<std::vector<Ball>>& Q) {
   const slong bits = p_.precision().bits;
-  for (std::size_t i = 0; i < Q.size(); ++i) {
-    for (std::size_t k = 0; k < Q.size(); ++k) p_.set(variation.phi[i][k], 0, Q[i][k].get());
+  for (std::size_t i = 0; i < variation.phi.size(); ++i) {
+    for (std::size_t k = 0; k < variation.phi[i].size(); ++k) p_.set(variation.phi[i][k], 0, Q[i][k].get());
   }
   const Rates own = rates(motion), varied = rates(variation);
   for (int k = 0; k <= p_.precision().order; ++k) {
     for (const Node i : motion.schedule) p_.compute(i, k, bits);
     integrate(own, k, bits);
     limit_.check();
-    if (k > variation_degree()) continue;
-    for (const Node i : variation.schedule) p_.compute(i, k, kVariationBits);
-    integrate(varied, k, kVariationBits);
+    if (k > variation.degree) continue;
+    for (const Node i : variation.schedule) p_.compute(i, k, variation.bits);
+    integrate(varied, k, variation.bits);
   }
 }
 
@@ -123,7 +127,7 @@ bool TaylorStep::validate(const ModeMotion& motion, const Variation& variation, 
   constexpr int kMostIterations = 40;
   std::vector<Magnitude> own(motion.schedule.size());
   for (std::size_t k = 0; k < own.size(); ++k) mag_set(own[k].get(), p_.rho(motion.schedule[k]));
-  p_.lower_degree(motion.schedule, variation_degree());
+  if (variation.degree < p_.degree()) p_.lower_degree(motion.schedule, variation.degree);
   const bool is_valid = contract(variation.schedule, rates(variation), h, kMostIterations);
   p_.set_degree(p_.precision().order);
   for (std::size_t k = 0; k < own.size(); ++k) mag_set(p_.rho(motion.schedule[k]), own[k].get());
@@ -217,22 +221,26 @@ Ball TaylorStep::at(Node node, double h, const Ball& tau, slong bits) const {
   return f.at(tau, bits);
 }
 
-Ball TaylorStep::at_of_variation(Node phi, double h, const Ball& tau, slong bits) const {
+Ball TaylorStep::at_of_variation(const Variation& variation, std::size_t i, std::size_t k, double h, const Ball& tau,
+                                 slong bits) const {
   BoundedPolynomial f;
-  polynomial(f, phi, h, 0, variation_degree());
+  polynomial(f, variation.phi[i][k], h, 0, variation.degree);
   return f.at(tau, bits);
 }
 
 Variation variation_of(const ModeMotion& motion, const SceneFormulas& scene, std::vector<std::vector<Node>> phi,
-                       SeriesProgram& program) {
+                       SeriesProgram& program, const std::vector<Node>& varied) {
   Variation variation;
+  variation.bits = program.precision().bits;
+  variation.degree = program.precision().order;
   const int n = scene.n;
   variation.phi = std::move(phi);
   std::vector<Node> outputs;
   for (int i = 0; i < n; ++i) {
     variation.rate.emplace_back();
-    for (int k = 0; k < 2 * n; ++k) {
+    for (std::size_t k = 0; k < variation.phi[i].size(); ++k) {
       Node sum = program.number(0);
+      if (!varied.empty() && varied[k] >= 0) sum = program.derivative(motion.acceleration[i], varied[k]);
       for (int j = 0; j < n; ++j) {
         const Node by_q = program.derivative(motion.acceleration[i], scene.q[j]);
         const Node by_v = program.derivative(motion.acceleration[i], scene.v[j]);

@@ -29,12 +29,15 @@ class TimeLimit {
   double limit_;
 };
 
-/// Variational equation of a motion: Phi' = D(v, a)/D(q, v) Phi, in the same program.
+/// Variational equation of a motion: Phi' = D(v, a)/D(q, v) Phi, in the same program. A column that varies a parameter p
+/// has D(v, a)/Dp in addition.
 struct Variation {
-  std::vector<std::vector<Node>> phi;  ///< 2n x 2n variables
+  std::vector<std::vector<Node>> phi;  ///< 2n rows of variables
   std::vector<std::vector<Node>>
-      rate;                    ///< n x 2n, derivative of the lower half; that of the upper half is the lower half
+      rate;                    ///< n rows, derivative of the lower half; that of the upper half is the lower half
   std::vector<Node> schedule;  ///< what the ModeMotion does not compute already
+  slong bits;                  ///< of its series
+  int degree;                  ///< of its polynomials
 };
 
 /// Series of q' = v, v' = a on [0, h]. With p the Taylor polynomial of degree N, Picard's operator maps the set
@@ -58,8 +61,7 @@ class TaylorStep {
   void load(const std::vector<Ball>& x, const Ball& t);
   /// Coefficients up to `order` of everything in motion.schedule, from loaded values.
   void expand(const ModeMotion& motion, int order);
-  /// The same together with the variation from Phi(0) = Q, of 2n columns; the variation with kVariationBits, up to
-  /// variation_degree().
+  /// The same together with the variation from Phi(0) = Q, of which the first 2n rows are used.
   void expand(const ModeMotion& motion, const Variation& variation, const std::vector<std::vector<Ball>>& Q);
 
   /// A step length of Jorba and Zou, by the last coefficients of velocities and event functions [s].
@@ -76,14 +78,9 @@ class TaylorStep {
   void polynomial(BoundedPolynomial& f, Node node, double h, int vanishing) const;
   /// Value of a node at t = tau h.
   Ball at(Node node, double h, const Ball& tau, slong bits) const;
-  /// Value of an entry of the variation at t = tau h.
-  Ball at_of_variation(Node phi, double h, const Ball& tau, slong bits) const;
-
-  static constexpr slong kVariationBits = 96;  ///< enough: the variation multiplies radii only
-  /// Degree D of the variation's polynomials, a third of N. Where the last term of the motion is (z h)^N / N! = 2^-bits,
-  /// that of degree D is about 2^(-(bits - N log2(3)) / 3), which is 2^(-bits / 7); of a series with a radius of
-  /// convergence it is 2^(-bits / 3). A relative error of this size does not matter to radii.
-  int variation_degree() const { return p_.precision().order / 3; }
+  /// Value of the entry (i, k) of the variation at t = tau h.
+  Ball at_of_variation(const Variation& variation, std::size_t i, std::size_t k, double h, const Ball& tau,
+                       slong bits) const;
 
  private:
   /// A variable and its derivative with respect to time.
@@ -113,8 +110,10 @@ class TaylorStep {
   int room_ = 0;
 };
 
-/// Adds the variational equation of a motion. @param phi  2n x 2n variables
+/// Adds the variational equation of a motion, of full precision and degree.
+/// @param phi  2n rows of variables
+/// @param varied  the parameter that each column varies, or -1; empty: none
 Variation variation_of(const ModeMotion& motion, const SceneFormulas& scene, std::vector<std::vector<Node>> phi,
-                       SeriesProgram& program);
+                       SeriesProgram& program, const std::vector<Node>& varied = {});
 
 }  // namespace ricochet::reference::certified

@@ -47,6 +47,7 @@ void HybridMotion::keep_symmetry(std::vector<Ball>& x, int i, int j) {
 
 /// After advance(). The event is named after the first contact, as that of several impacts at t = 0.
 void HybridMotion::handle_tied_impacts(const Step& step) {
+  refuse_sensitivities("impacts at exactly the same time");
   std::vector<int> hit;
   for (const std::size_t k : step.reached) hit.push_back(motion_.events[k].contact);
   std::vector<Ball> x = set_.box();

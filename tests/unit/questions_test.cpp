@@ -17,6 +17,7 @@
 #include "methods/method_spec.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
+#include "reference/certified/certified_motion.h"
 
 namespace ricochet {
 namespace {
@@ -234,6 +235,19 @@ TEST(GradientCases, AreWhatFesdAndDifferencesSay) {
       };
       EXPECT_NEAR(of(own), entry.exact, 1e-10) << c.name << ", " << entry.name << ": rounding of forty steps";
       EXPECT_NEAR(of(beside), entry.exact, 1e-7) << c.name << ", " << entry.name << ": of differences over 1e-4";
+    }
+  }
+}
+
+TEST(GradientCases, AreProven) {
+  if (!reference::certified::can_certify()) GTEST_SKIP() << "built without Arb";
+  const auto closed_forms = gradient_cases();
+  auto proven = gradient_cases();
+  for (std::size_t i = 0; i < proven.size(); ++i) {
+    ASSERT_TRUE(take_proven(proven[i])) << proven[i].name;
+    for (std::size_t k = 0; k < proven[i].entries.size(); ++k) {
+      const double exact = closed_forms[i].entries[k].exact;
+      EXPECT_NEAR(proven[i].entries[k].exact, exact, 1e-14 * (1 + std::abs(exact))) << proven[i].entries[k].name;
     }
   }
 }

@@ -1,6 +1,10 @@
 #include "bench/studies/questions/gradient_cases.h"
 
+#include <algorithm>
 #include <cmath>
+#include <cstdlib>
+
+#include "reference/certified/certified_motion.h"
 
 namespace ricochet {
 namespace {
@@ -58,6 +62,26 @@ GradientCase block_stops() {
 }
 
 }  // namespace
+
+bool take_proven(GradientCase& gradient_case) {
+  reference::certified::Options options;
+  options.digits = 20;
+  options.max_seconds = 2;
+  options.with_sensitivities = true;
+  const auto motion = certified_motion(*gradient_case.problem, options);
+  const auto n_q = static_cast<std::size_t>(gradient_case.problem->n_q());
+  std::vector<double> proven;
+  for (const GradientEntry& entry : gradient_case.entries) {
+    const auto column = std::ranges::find(motion.sensitivities, entry.with_respect,
+                                          &reference::certified::CertifiedSensitivity::variable);
+    if (column == motion.sensitivities.end() || !column->reason.empty()) return false;
+    const auto k = static_cast<std::size_t>(entry.output);
+    const auto& number = k < n_q ? column->q.at(k) : column->v.at(k - n_q);
+    proven.push_back(std::strtod(number.text.c_str(), nullptr));
+  }
+  for (std::size_t k = 0; k < proven.size(); ++k) gradient_case.entries[k].exact = proven[k];
+  return true;
+}
 
 std::vector<GradientCase> gradient_cases() {
   std::vector<GradientCase> cases;

@@ -29,6 +29,10 @@ struct GradientCase {
   std::unique_ptr<Problem> problem = {};
 };
 
+/// Replaces the exact derivatives of a case by proven ones, if a proof takes less than two seconds.
+/// @returns whether it does
+bool take_proven(GradientCase& gradient_case);
+
 /// All cases. Their numbers are derived in gradient_cases.cpp.
 std::vector<GradientCase> gradient_cases();
 
