@@ -18,6 +18,7 @@ namespace {
 constexpr double kTimeShare = 1e-12;  // of the end time: borders at one time, and zeros of functions of time
 constexpr double kRoundedZero = 1e-13, kLargestOffset = 1e-3;  // of the terms of psi_k, (1)
 constexpr double kNegligible = 0.01;                           // of the tolerance
+constexpr double kPenetration = 1e-6;                          // of a gap that jumps below zero, relative to 1 + |q|
 constexpr double kChatter = 1e-6;   // of the end time: a border is passed to and fro, because of the offset (1)
 constexpr int kMostCrossings = 40;  // of them
 constexpr int kClockSpans = 128;    // of the clock, that are bounded first
@@ -234,6 +235,15 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
       break;
     }
     signs[border] = -signs[border];
+    const Problem& next = regions(signs);
+    const Vector gap = next.gap(whole.q),
+                 size = next.normal_jacobian(whole.q).cwiseAbs().transpose() * (1 + whole.q.array().abs()).matrix();
+    for (const int i : next.info().unilateral) {
+      if (gap[i] < -kPenetration * (1 + size[i]))
+        stop(whole, Status::infeasible, whole.t,
+             fmt::format("the gap of '{}' jumps to {:.3g} m where {} = 0", info.contacts[i].name, gap[i],
+                         info.switches[border].formula));
+    }
   }
   return whole;
 }

@@ -27,6 +27,21 @@ void RegionBorder::measure(const Vector& q, const Vector& v) {
   size_ = size_.cwiseMax(size);
 }
 
+/// Of the functions outside at a point, the one that vanishes first on the chord from the point before.
+int RegionBorder::earliest(int point) const {
+  int found = -1;
+  double least = 2;
+  for (int k = 0; k < n_; ++k) {
+    const double before = left_[point - 1][k], after = left_[point][k];
+    if (after >= -relative_ * size_[k]) continue;
+    const double part = before > 0 ? before / (before - after) : 0;
+    if (part >= least) continue;
+    least = part;
+    found = k;
+  }
+  return found;
+}
+
 int RegionBorder::outside(const Vector& q, const Vector& v) {
   problem_.switching(q.data(), v.data(), psi_.data());
   int found = -1;

@@ -29,6 +29,7 @@ class RegionBorder {
  private:
   static constexpr int kPoints = 16;
   void measure(const Vector& q, const Vector& v);
+  int earliest(int point) const;
 
   const Problem& problem_;
   int n_ = 0;
@@ -44,9 +45,10 @@ bool RegionBorder::is_left(double h, const State& state, RegionExit& exit) {
   for (int m = 0; m <= kPoints; ++m) {
     state(static_cast<double>(m) / kPoints, q_, v_);
     if (m == 0) measure(q_, v_);
-    const int k = outside(q_, v_);
+    const int first = outside(q_, v_);
     left_[m] = psi_;
-    if (k < 0 || m == 0) continue;
+    if (first < 0 || m == 0) continue;
+    const int k = earliest(m);
     exit.function = k;
     exit.outside = h * m / kPoints;
     exit.psi_outside = psi_[k];

@@ -22,6 +22,7 @@ constexpr double kZero = 4e-16;        // of the terms of psi_k: the border is l
 constexpr int kMostLocations = 60;     // runs that locate one border
 constexpr int kSpans = 64;             // of the run, in which zeros of functions of time are searched first
 constexpr double kShortest = 1e-15;    // of the run: what time can resolve
+constexpr double kOutside = 1e-12;     // of the terms of another psi_j, beyond its border
 constexpr double kEdge = 1e-3;         // of the bracket: a root so near its end may lie beyond it
 constexpr double kSmooth = 1e-12;      // jump of an acceleration that is rounding, relative
 constexpr double kPenetration = 1e-6;  // of a gap that jumps below zero, relative to 1 + |q|
@@ -185,7 +186,6 @@ void RegionRun::take(Solution&& piece) {
           std::ranges::any_of(piece.events, [&](const Event& e) { return e.contact == i && e.t == 0; });
       if (!kind || is_known) continue;
       ++total_.counters.events;
-      if (settings_.recording == Recording::final_state) continue;
       total_.events.push_back({.t = t_,
                                .kind = *kind,
                                .contact = i,
@@ -262,7 +262,7 @@ bool RegionRun::locate(const RegionExit& exit) {
   if (a == 0) f_a = std::max(0.0, psi_at(q_, v_));
   if (a == 0 && f_a <= zero) return cross(k);
   Solution best;
-  double f_best = std::numeric_limits<double>::infinity();
+  double h_best = 0, f_best = std::numeric_limits<double>::infinity();
   bool is_a_known = a == 0, is_b_known = false;
   for (int n = 0; n < kMostLocations; ++n) {
     double h = (a * f_b - b * f_a) / (f_b - f_a);  // the secant
@@ -276,6 +276,7 @@ bool RegionRun::locate(const RegionExit& exit) {
     const double f = psi_at(piece.q, piece.v);
     if (std::abs(f) <= std::abs(f_best)) {
       f_best = f;
+      h_best = h;
       best = std::move(piece);
     }
     if (std::abs(f) <= zero) break;
@@ -298,6 +299,18 @@ bool RegionRun::locate(const RegionExit& exit) {
       }
     }
     if (is_a_known && is_b_known && b - a <= kShortest * (t_ + T_)) break;
+  }
+  // A function that has changed its sign before is the one to cross first.
+  here.switching(q_.data(), v_.data(), psi.data());
+  const Vector at_start = psi;
+  here.switching(best.q.data(), best.v.data(), psi.data());
+  for (int j = 0; j < n_s; ++j) {
+    if (j == k || signs_[j] * psi[j] >= -kOutside * size_of(here, n_s, j, best.q, best.v)) continue;
+    return locate({.function = j,
+                   .inside = 0,
+                   .outside = h_best,
+                   .psi_inside = signs_[j] * at_start[j],
+                   .psi_outside = signs_[j] * psi[j]});
   }
   take(std::move(best));
   return cross(k);
@@ -412,6 +425,7 @@ bool RegionRun::flip(int k) {
 
 Solution RegionRun::solve(const Settings& settings) {
   settings_ = settings;
+  settings_.recording = std::max(settings.recording, Recording::events);  // which modes change at a border
   begin();
   if (!settings.sensitivities.empty()) begin_sensitivities();
   const double end = settings.time_limit > 0 ? seconds_now() + settings.time_limit : 0;

@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <optional>
-#include <sstream>
 
+#include "problems/derivatives/canonical_order.h"
 #include "problems/derivatives/real_functions.h"
 
 namespace ricochet {
@@ -33,76 +33,102 @@ std::string branch_function(const ex& e) {
   return name == "magnitude" || name == "sign" || name == "choose" ? name : std::string();
 }
 
-/// Replaces branches by signs (2), innermost first, and collects their arguments (1).
-class Branches : public GiNaC::map_function {
+/// Replaces branches by signs (2) and collects their arguments (1), innermost first. Those of one level are in canonical
+/// order, which is the same in every run.
+class Branches {
  public:
   Branches(const SymbolicModel& model, SwitchedModel& found) : model_(model), found_(found) {}
 
-  ex operator()(const ex& e) override {
-    const ex inner = e.map(*this);
-    const std::string name = branch_function(inner);
-    if (name.empty() || !depends_on_state(inner.op(0))) return inner;
-    const ex sign = sign_of(inner.op(0));
-    if (name == "sign") return sign;
-    if (name == "magnitude") return sign * inner.op(0);
-    return (1 + sign) / 2 * inner.op(1) + (1 - sign) / 2 * inner.op(2);
+  void replace_all() {
+    while (collect_innermost()) {
+      for_each_formula(found_.model, [&](ex& e) { e = replaced(e); });
+    }
   }
 
  private:
-  bool depends_on_any(const ex& e, const std::vector<symbol>& symbols) const {
+  struct Replacement : GiNaC::map_function {
+    explicit Replacement(Branches& branches) : branches_(branches) {}
+    ex operator()(const ex& e) override { return branches_.replaced(e); }
+    Branches& branches_;
+  };
+
+  static bool depends_on_any(const ex& e, const std::vector<symbol>& symbols) {
     return std::ranges::any_of(symbols, [&](const symbol& s) { return e.has(s); });
   }
   bool depends_on_state(const ex& e) const {
     if (depends_on_any(e, model_.u)) return false;  // a control is no function of the state
     return e.has(model_.t) || depends_on_any(e, model_.q) || depends_on_any(e, model_.v);
   }
-  /// The factor c of x = c y, if both are equal up to a number that is not zero.
-  static std::optional<ex> factor_of(const ex& x, const ex& y) {
-    const ex ratio = (x / y).normal();
-    if (!GiNaC::is_a<GiNaC::numeric>(ratio) || ratio.is_zero()) return std::nullopt;
-    return ratio;
+  bool is_branch(const ex& e) const { return !branch_function(e).empty() && depends_on_state(e.op(0)); }
+  bool is_innermost(const ex& e) const {
+    return is_branch(e) && std::none_of(e.op(0).preorder_begin(), e.op(0).preorder_end(),
+                                        [&](const ex& part) { return is_branch(part); });
   }
 
-  ex sign_of(const ex& x) {
-    for (std::size_t k = 0; k < found_.functions.size(); ++k) {
-      if (x.is_equal(found_.functions[k])) return found_.signs[k];
-      if (const auto c = factor_of(x, found_.functions[k]))
-        return GiNaC::ex_to<GiNaC::numeric>(*c).is_positive() ? ex(found_.signs[k]) : -ex(found_.signs[k]);
+  bool collect_innermost() {
+    std::vector<std::pair<CanonicalOrder::Shape, ex>> arguments;
+    for_each_formula(found_.model, [&](const ex& e) {
+      for (auto part = e.preorder_begin(); part != e.preorder_end(); ++part) {
+        if (is_innermost(*part)) arguments.emplace_back(order_.shape(part->op(0)), part->op(0));
+      }
+    });
+    std::ranges::stable_sort(arguments, {}, [](const auto& a) { return a.first.hash; });
+    for (const auto& [shape, x] : arguments) {
+      if (!sign_of(x)) add(shape.negative ? -x : x);
     }
+    return !arguments.empty();
+  }
+
+  ex replaced(const ex& e) {
+    Replacement inside(*this);
+    if (!is_innermost(e)) return e.map(inside);
+    const std::string name = branch_function(e);
+    const ex sign = *sign_of(e.op(0));
+    if (name == "sign") return sign;
+    if (name == "magnitude") return sign * e.op(0);
+    return (1 + sign) / 2 * replaced(e.op(1)) + (1 - sign) / 2 * replaced(e.op(2));
+  }
+
+  /// The sign of `x` in terms of those that are known: x = c psi_k with a number c.
+  std::optional<ex> sign_of(const ex& x) const {
+    for (std::size_t k = 0; k < found_.functions.size(); ++k) {
+      const ex ratio = (x / found_.functions[k]).normal();
+      if (!GiNaC::is_a<GiNaC::numeric>(ratio) || ratio.is_zero()) continue;
+      return GiNaC::ex_to<GiNaC::numeric>(ratio).is_positive() ? ex(found_.signs[k]) : -ex(found_.signs[k]);
+    }
+    return std::nullopt;
+  }
+
+  void add(const ex& x) {
     SwitchInfo info;
-    std::ostringstream text;
-    text << x;
-    info.formula = text.str();
+    info.formula = printed(x);
     info.is_of_time = !depends_on_any(x, model_.q) && !depends_on_any(x, model_.v) && !depends_on_any(x, found_.signs);
     found_.functions.push_back(x);
     found_.signs.emplace_back("sigma[" + std::to_string(found_.signs.size()) + "]");
     found_.described.push_back(std::move(info));
-    return found_.signs.back();
   }
 
   const SymbolicModel& model_;
   SwitchedModel& found_;
+  CanonicalOrder order_{printed};
+};
 };
 
 }  // namespace
 
 SwitchedModel with_switching_functions(const SymbolicModel& model) {
   SwitchedModel result;
-  bool has_branches = false;
+  bool has_branches = false, has_time = false;
   SymbolicModel searched = model;
   for_each_formula(searched, [&](const ex& e) {
+    has_time = has_time || e.has(model.t);
     for (auto part = e.preorder_begin(); part != e.preorder_end() && !has_branches; ++part)
       has_branches = !branch_function(*part).empty();
   });
   if (!has_branches) return result;
   result.model = std::move(searched);
-  Branches branches(model, result);
-  bool has_time = false;
-  for_each_formula(result.model, [&](ex& e) {
-    has_time = has_time || e.has(model.t);
-    e = branches(e);
-  });
   result.model.has_clock = has_time;
+  Branches(model, result).replace_all();
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <limits>
 
 #include "methods/registry.h"
@@ -60,8 +61,8 @@ Solution run_with_jump(const Problem& problem, const std::string& method) {
   return make_method(method)->solve(problem, settings);
 }
 
-/// Methods that locate events end where a closed contact loses its surface. From the table, or up a step.
-TEST(JumpingGaps, AreNotSlidOver) {
+/// The gap jumps from the table to the floor, or up a step.
+TEST(JumpingGaps, AreFollowedDownAndEndARunUpwards) {
   for (const char* step : {"-0.5", "0.2"}) {
     const auto problem = read_scene_text(
         fmt::format(R"json({{"q0": [0, 0], "v0": [2, 0], "T": 0.9, "M": [[1, 0], [0, 1]], "f": [0, "-9.81"],
@@ -72,31 +73,41 @@ TEST(JumpingGaps, AreNotSlidOver) {
          {"event_driven", "event_driven:radau-iia:3", "fesd_adaptive:radau-iia:3", "fesd_adaptive:gauss:3",
           "fesd:radau-iia:3,elements=as_needed", "fesd:gauss:3,elements=as_needed", "cvode:adams"}) {
       const Solution s = run_with_jump(*problem, method);
-      EXPECT_FALSE(s.succeeded()) << method << " over a step of " << step;
-      EXPECT_NE(s.message.find("table and floor"), std::string::npos) << method << ": " << s.message;
+      if (step[0] == '-') {
+        ASSERT_TRUE(s.succeeded()) << method << ": " << s.message;
+        EXPECT_NEAR(s.q[1], -0.5, 1e-7) << method;  // fallen for 0.32 s
+      } else {
+        EXPECT_FALSE(s.succeeded()) << method;
+        EXPECT_NE(s.message.find("table and floor"), std::string::npos) << method << ": " << s.message;
+      }
     }
   }
 }
 
 /// A block slides to a corner of the ground that stops a part of its velocity.
-TEST(Corners, AreNotSlidOver) {
+TEST(Corners, StopTheNormalVelocity) {
   struct Ground {
     const char* height;
-    double y0, vy0;  ///< at x = 0, with v_x = 1
+    double y0, vy0, slope;  ///< the first two at x = 0, with v_x = 1
   };
-  for (const Ground& ground : {Ground{"max(0,0.3*(q[0]-0.5))", 0, 0}, Ground{"0.2*abs(q[0]-0.5)", 0.1, -0.2},
-                               Ground{"if(q[0]<0.5,0,0.4*(q[0]-0.5))", 0, 0}}) {
+  for (const Ground& ground : {Ground{"max(0,0.3*(q[0]-0.5))", 0, 0, 0.3}, Ground{"0.2*abs(q[0]-0.5)", 0.1, -0.2, 0.2},
+                               Ground{"if(q[0]<0.5,0,0.4*(q[0]-0.5))", 0, 0, 0.4}}) {
     const auto problem = read_scene_text(
-        fmt::format(R"json({{"q0": [0, {}], "v0": [1, {}], "T": 0.9, "M": [[1, 0], [0, 1]], "f": [0, -9.81],
+        fmt::format(R"json({{"q0": [0, {}], "v0": [1, {}], "T": 0.6, "M": [[1, 0], [0, 1]], "f": [0, -9.81],
             "contacts": [{{"name": "ground", "gap": "q[1]-{}", "e": 0}}]}})json",
                     ground.y0, ground.vy0, ground.height),
         "corner");
-    for (const char* method :
-         {"event_driven", "fesd_adaptive:radau-iia:3", "fesd:radau-iia:3", "fesd:radau-iia:3,elements=as_needed",
-          "fesd:gauss:3", "fesd:gauss:3,elements=as_needed"}) {
+    const double length = 1 + ground.slope * ground.slope, fall = ground.vy0 < 0 ? 0.2 * 9.81 / 1.04 : 0;
+    // down the first face with the acceleration `fall` in x, then along the second one
+    const double t_1 = fall > 0 ? (std::sqrt(1 + fall) - 1) / fall : 0.5, v_1 = 1 + fall * t_1;
+    const double before = fall > 0 ? (v_1 - 0.2 * 0.2 * v_1) : v_1, v_2 = before / length;
+    const double v_end = v_2 - 9.81 * ground.slope / length * (0.6 - t_1);
+    for (const char* method : {"event_driven", "fesd_adaptive:radau-iia:3", "fesd:radau-iia:3,elements=as_needed",
+                               "fesd:gauss:3,elements=as_needed", "cvode:adams"}) {
       const Solution s = run_with_jump(*problem, method);
-      EXPECT_FALSE(s.succeeded()) << method << ", " << ground.height;
-      EXPECT_FALSE(s.message.empty()) << method;
+      ASSERT_TRUE(s.succeeded()) << method << ", " << ground.height << s.message;
+      EXPECT_NEAR(s.v[0], v_end, 1e-6) << method << ", " << ground.height;
+      EXPECT_NEAR(s.v[1], ground.slope * v_end, 1e-6) << method << ", " << ground.height;
     }
   }
 }
