@@ -1,5 +1,6 @@
 #include "problems/derivatives/real_functions.h"
 
+#include <algorithm>
 #include <exception>
 #include <map>
 #include <string>
@@ -117,6 +118,14 @@ bool may_jump(const ex& expression) {
     if (!vanishes_where(part->op(0), difference)) return true;
   }
   return false;
+}
+
+bool may_bend(const ex& expression) {
+  return std::any_of(expression.preorder_begin(), expression.preorder_end(), [](const ex& part) {
+    if (!GiNaC::is_a<GiNaC::function>(part)) return false;
+    const std::string name = GiNaC::ex_to<GiNaC::function>(part).get_name();
+    return name == "magnitude" || name == "sign" || name == "choose";
+  });
 }
 
 ex with_real_symbols(const ex& expression) {

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "problems/derivatives/canonical_order.h"
+#include "problems/derivatives/friction_elements.h"
 #include "problems/derivatives/symbolic_problem.h"
 
 namespace ricochet::reference::certified {
@@ -227,9 +228,9 @@ class SceneTranslation {
  public:
   SceneTranslation(const Problem& problem, Reading reading, SeriesProgram& program)
       : problem_(problem),
-        model_(*problem.formulas()),
         reading_(reading),
         exact_(reading),
+        model_(with_elements(*problem.formulas())),
         program_(program),
         translate_(program) {
     for (std::size_t k = 0; k < model_.parameters.size(); ++k) {
@@ -241,6 +242,7 @@ class SceneTranslation {
 
   SceneFormulas run() {
     scene_.n = static_cast<int>(model_.q.size());
+    scene_.n_bodies = scene_.n - static_cast<int>(model_.frictions.size());
     for (const auto& q : model_.q) translate_.bind(q, add(scene_.q, program_.state()));
     for (const auto& v : model_.v) translate_.bind(v, add(scene_.v, program_.state()));
     scene_.clock = program_.state();
@@ -257,6 +259,11 @@ class SceneTranslation {
   }
 
  private:
+  /// The scene with its friction elements. Numbers are exact before jumps of the force are compared.
+  SymbolicModel with_elements(SymbolicModel model) {
+    for (ex& f : model.force) f = exact_(f);
+    return with_friction_coordinates(with_jumps_as_friction(std::move(model)));
+  }
   static Node add(std::vector<Node>& list, Node node) {
     list.push_back(node);
     return node;
@@ -359,6 +366,7 @@ class SceneTranslation {
     ContactFormulas contact;
     contact.name = stated.name;
     contact.is_bilateral = stated.is_bilateral;
+    contact.is_friction_element = stated.is_friction_element;
     contact.eps_r = number(stated.eps_r);
     contact.mu = number(stated.mu);
     const ex gap = exact(stated.gap);
@@ -408,9 +416,9 @@ class SceneTranslation {
   }
 
   const Problem& problem_;
-  const SymbolicModel& model_;
   Reading reading_;
   ExactNumbers exact_;
+  SymbolicModel model_;
   SeriesProgram& program_;
   Translator translate_;
   GiNaC::exmap parameters_, start_;

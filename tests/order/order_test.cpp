@@ -230,6 +230,23 @@ TEST(DoublePendulum, OrdersWithAVaryingMassMatrix) {
   }
 }
 
+/// Through slip, stick and slip of friction elements whose bound depends on the time or the velocity.
+TEST(FrictionElements, OrdersThroughStickAndSlip) {
+  for (const char* scene : {"clutch.json", "dry_hinge.json"}) {
+    const auto problem = read_scene_file(test_data(scene));
+    const Truth truth = truth_of(*problem);
+    ASSERT_LE(truth.uncertainty, 1e-9);
+    for (const auto& [method, order, from, to] :
+         {Case{"fesd:radau-iia:2", 3, 30, 1000}, Case{"fesd:radau-iia:3", 5, 15, 200},
+          Case{"fesd:gauss:2", 4, 20, 1000}, Case{"fesd:gauss:3", 6, 15, 120}}) {
+      const auto fit = observe(*problem, truth, method, logarithmic(from, to, kDense));
+      ASSERT_TRUE(fit) << scene << " " << method;
+      EXPECT_GE(fit->slope, order - kSlack)
+          << scene << " " << method << " window " << fit->first_steps << " .. " << fit->last_steps;
+    }
+  }
+}
+
 TEST(SmoothMotion, OrdersWithoutImpacts) {
   // The wall is out of reach: what remains is the smooth order of each method.
   const auto problem = make_problem("pendulum_wall", {{"w", 5}});
