@@ -259,10 +259,14 @@ class SceneTranslation {
   }
 
  private:
-  /// The scene with its friction elements. Numbers are exact before jumps of the force are compared.
+  /// The scene with its friction elements. Numbers are exact before jumps of the force are compared. The contacts are
+  /// those of the problem, or there is no proof.
   SymbolicModel with_elements(SymbolicModel model) {
     for (ex& f : model.force) f = exact_(f);
-    return with_friction_coordinates(with_jumps_as_friction(std::move(model)));
+    model = with_friction_coordinates(with_jumps_as_friction(std::move(model)));
+    if (std::ssize(model.contacts) != problem_.n_c())
+      throw Unsupported("a jump of the force is dry friction by its rounded numbers only, or by its exact ones only");
+    return model;
   }
   static Node add(std::vector<Node>& list, Node node) {
     list.push_back(node);
