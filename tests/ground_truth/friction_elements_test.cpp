@@ -127,6 +127,7 @@ TEST(FrictionElements, OtherJumpsStayForces) {
   EXPECT_EQ(elements("sign(v[0])", "0"), 0) << "it pushes away from v = 0";
   EXPECT_EQ(elements("-v[0]*abs(v[0])", "0"), 0) << "no jump";
   EXPECT_EQ(elements("-v[0]**2*sign(v[0])", "0"), 0) << "no jump";
+  EXPECT_EQ(elements("-v[0]**2*sign(v[0])", "-sign(v[1])"), 1) << "the second jumps";
   EXPECT_EQ(elements("-sign(v[0]**3)", "0"), 0) << "not affine in v";
   EXPECT_EQ(elements("-sign(q[0]-0.3)", "0"), 0) << "no velocity";
   EXPECT_EQ(elements("-sign(v[0])*sign(q[0]-0.3)", "0"), 0) << "F jumps";
