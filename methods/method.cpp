@@ -65,11 +65,19 @@ bool runs_by_regions(const MethodInfo& method, const ProblemInfo& problem) {
   return method.has_regions && !problem.switches.empty();
 }
 
+/// The settings of a run: events are recorded where complete() looks at them.
+Settings with_events(Settings settings, const ProblemInfo& problem) {
+  if (problem.n_friction_elements > 0) settings.recording = std::max(settings.recording, Recording::events);
+  return settings;
+}
+
 constexpr double kNoAccuracy = 1e300;
 
 /// Drops the events that nobody wanted, and checks the final state of whatever method it is. A fixed-step method has no
 /// accuracy that its gaps could be compared with.
 void complete(const MethodInfo& method, const Problem& problem, const Settings& settings, Solution& solution) {
+  const double h = method.is_adaptive ? 0 : problem.info().end_time / settings.steps;
+  fail_where_bound_is_negative(problem, h, solution);
   if (settings.recording == Recording::final_state) solution.events.clear();
   if (!solution.succeeded()) return;
   StepCheck check(problem, method.is_adaptive ? StepCheck::kTolerances * settings.tolerance : kNoAccuracy);
@@ -95,7 +103,7 @@ Solution Method::solve(const Problem& problem, const Settings& settings) const {
   require_support(problem.info());
   if (runs_by_regions(info(), problem.info())) return prepare(problem)->solve(settings);
   check(info(), problem.info(), settings);
-  Solution solution = guarded(problem, [&] { return do_solve(problem, settings); });
+  Solution solution = guarded(problem, [&] { return do_solve(problem, with_events(settings, problem.info())); });
   complete(info(), problem, settings, solution);
   return solution;
 }
@@ -113,9 +121,10 @@ class Method::CheckedSolver final : public Solver {
 
   Solution solve(const Settings& settings) override {
     check(info_, problem_.info(), settings);
+    const Settings with = with_events(settings, problem_.info());
     Solution solution = guarded(problem_, [&] {
-      if (regions_) return regions_->solve(settings);
-      return solver_ ? solver_->solve(settings) : method_.do_solve(problem_, settings);
+      if (regions_) return regions_->solve(with);
+      return solver_ ? solver_->solve(with) : method_.do_solve(problem_, with);
     });
     complete(info_, problem_, settings, solution);
     return solution;

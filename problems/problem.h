@@ -26,18 +26,19 @@ class SymbolicProblem;  // both problems/derivatives/symbolic_problem.h
 /// One unilateral contact, or a bilateral constraint: a contact that is always closed and may pull. Its Jacobian
 /// entries live on `support` only, the coordinates that the contact touches.
 struct ContactInfo {
-  std::string name;           ///< in messages, events and figures
-  bool is_bilateral = false;  ///< f_c = 0 at all times, lambda_n of either sign; no friction, no restitution
-  double eps_r = 0;           ///< restitution coefficient, in [0, 1]
-  double mu = 0;              ///< friction coefficient, >= 0; zero exactly when n_t is zero
-  int n_t = 0;                ///< tangent directions: 0 frictionless, 1 planar, 2 in space
-  std::vector<int> support;   ///< coordinates q_k that occur in the gap or the tangents, ascending
-  bool is_moving = false;     ///< it depends on time: the last entry of `support` is the clock
-  bool is_affine = false;     ///< J_n and J_t do not depend on q
-  bool has_corners = false;   ///< J_n may jump along a motion, as of a gap with max(); not where it is stated in code
-  int normal_begin = 0;       ///< first entry of this contact in a packed J_n
-  int tangent_begin = 0;      ///< first entry of this contact in a packed J_t, direction after direction
-  int tangent_index = 0;      ///< first component of this contact in lambda_t and v_t
+  std::string name;                  ///< in messages, events and figures
+  bool is_friction_element = false;  ///< friction without a normal contact, Problem (8); eps_r = 0 and mu = 1
+  bool is_bilateral = false;         ///< f_c = 0 at all times, lambda_n of either sign; no friction, no restitution
+  double eps_r = 0;                  ///< restitution coefficient, in [0, 1]
+  double mu = 0;                     ///< friction coefficient, >= 0; zero exactly when n_t is zero
+  int n_t = 0;                       ///< tangent directions: 0 frictionless, 1 planar, 2 in space
+  std::vector<int> support;          ///< coordinates q_k that occur in the gap or the tangents, ascending
+  bool is_moving = false;            ///< it depends on time: the last entry of `support` is the clock
+  bool is_affine = false;            ///< J_n and J_t do not depend on q
+  bool has_corners = false;  ///< J_n may jump along a motion, as of a gap with max(); not where it is stated in code
+  int normal_begin = 0;      ///< first entry of this contact in a packed J_n
+  int tangent_begin = 0;     ///< first entry of this contact in a packed J_t, direction after direction
+  int tangent_index = 0;     ///< first component of this contact in lambda_t and v_t
 
   /// The entries of `support` that contact forces push: all but the clock.
   std::span<const int> pushed() const { return std::span(support).first(support.size() - (is_moving ? 1 : 0)); }
@@ -69,6 +70,7 @@ struct ProblemInfo {
   int n_q = 0;     ///< coordinates
   int n_u = 0;     ///< controls
   int clock = -1;  ///< the coordinate that is time, the last one, see Problem (7); -1 if nothing depends on time
+  int n_friction_elements = 0;        ///< their coordinates are the last ones before the clock, see Problem (8)
   std::vector<ContactInfo> contacts;  ///< n_c, unilateral and bilateral ones
   std::vector<int> unilateral;        ///< contacts that are, ascending
   std::vector<int> bilateral;         ///< constraints, ascending
@@ -100,8 +102,9 @@ struct ProblemInfo {
     std::vector<std::pair<int, int>> couplings;
   } structure;  ///< properties of this scene
 
-  int n_c() const { return static_cast<int>(contacts.size()); }           ///< Contacts, constraints among them.
-  int n_mechanical() const { return clock < 0 ? n_q : clock; }            ///< Coordinates of bodies: all but the clock.
+  int n_c() const { return static_cast<int>(contacts.size()); }  ///< Contacts, constraints among them.
+  /// Coordinates of bodies, as the scene states them: all but those of friction elements and the clock.
+  int n_mechanical() const { return (clock < 0 ? n_q : clock) - n_friction_elements; }
   int n_bilateral() const { return static_cast<int>(bilateral.size()); }  ///< Bilateral constraints.
   /// Time at which a run begins [s]: 0, but for a part of a motion whose clock has run before.
   double start_time() const { return clock < 0 ? 0 : q0[clock]; }
@@ -135,6 +138,13 @@ struct ProblemInfo {
 /// the whole support. The clock's entries of J_n and J_t are used in rates only. No contact force acts on the clock:
 /// (2), impulses and Delassus operators are summed over ContactInfo::pushed(). A scene that does not depend on time has
 /// no clock.
+///
+/// Friction without a normal contact, of a bound F(q, v, t), has one more coordinate z, between those of the bodies and
+/// the clock, and one more contact, after those of the scene (derivatives/friction_elements.h):
+///
+///     z'' = -F(q,v) + lambda_n,   f_c = z,   mu = 1,   eps_r = 0,   z = z' = 0 at t = 0                      (8)
+///
+/// so that lambda_n = F. It is a contact like others to whoever solves (1)-(7).
 ///
 /// Arrays are plain pointers because these functions are called once per stage of every time step: no temporary, no
 /// allocation. q, v, a (accelerations) and w (weights) have n_q entries, unless stated otherwise for w. u has n_u

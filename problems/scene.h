@@ -35,12 +35,14 @@
 ///     input(q), control()      Mat-like std::array of n_q rows with n_u entries; the constant u of the plain simulation
 ///     potential_energy(q)      for energy reports
 ///     impact_law()             ImpactLaw: which law impacts obey, Newton's without it (impact_hypothesis.h)
+///     friction(q, v)           std::array<Friction<T, n_q>, n>: friction without a normal contact, by elements
+///                              (derivatives/friction_elements.h)
 ///     geometry()               GeometryOf<T>: bodies and shapes as drawings and engines need them (geometry.h)
 ///
 /// A bilateral constraint is a contact joint<T>("name"), and its gap is zero at all times.
 ///
 /// In a scene that depends on time, the time is an additional argument: force(q, v, t), gap(q, t), tangents(q, t),
-/// input(q, t), control(t), each instead of the form without t, and
+/// input(q, t), control(t), friction(q, v, t), each instead of the form without t, and
 ///
 ///     drives(q, t)             std::array<std::array<T, n_t>, n_c>, added to J_t' v: minus the velocity of the surface
 ///
@@ -81,8 +83,24 @@ Contact<T> joint(const char* name) {
   return {.name = name, .is_bilateral = true};
 }
 
+/// A friction element of a compiled scene, in one direction.
+template <class T, std::size_t n_q>
+struct Friction {
+  const char* name;  ///< in messages, events and figures; no contact has it
+  Vec<T, n_q> J_t;   ///< a formula of q and t
+  T bound;           ///< of |lambda_t| [N, N m], >= 0; a formula of q, v and t
+  T drive{0.0};      ///< added to J_t' v; a formula of q and t
+};
+
 namespace scene_detail {
 
+template <class Scene>
+concept HasFriction = requires(const Scene s) {
+  s.friction(s.q0(), s.v0());
+}
+|| requires(const Scene s) {
+  s.friction(s.q0(), s.v0(), s.end_time());
+};
 template <class Scene>
 concept HasContacts = requires(const Scene s) {
   s.contacts();
@@ -167,6 +185,24 @@ auto control_of(const auto& scene, const auto& t) {
     return scene.control();
 }
 
+auto friction_of(const auto& scene, const auto& q, const auto& v, const auto& t) {
+  if constexpr (requires { scene.friction(q, v, t); })
+    return scene.friction(q, v, t);
+  else
+    return scene.friction(q, v);
+}
+
+/// Friction elements that the scene states.
+template <class Scene>
+constexpr std::size_t n_elements() {
+  if constexpr (HasFriction<Scene>) {
+    const auto elements = [](const Scene& s) { return friction_of(s, s.q0(), s.v0(), s.end_time()); };
+    return std::tuple_size_v<decltype(elements(std::declval<const Scene&>()))>;
+  } else {
+    return 0;
+  }
+}
+
 /// The scene has a control(t), which a plain simulation adds to the force.
 template <class Scene>
 concept HasControlOfTime = requires(const Scene s) {
@@ -182,6 +218,8 @@ concept TakesTime = HasDrives<Scene> || HasControlOfTime<Scene> || requires(cons
   s.tangents(s.q0(), s.end_time());
 } || requires(const Scene s) {
   s.input(s.q0(), s.end_time());
+} || requires(const Scene s) {
+  s.friction(s.q0(), s.v0(), s.end_time());
 };
 
 template <class Scene>
@@ -289,6 +327,12 @@ SymbolicModel symbolic_model(Scene<double> numeric) {
       for (std::size_t i = 0; i < drives.size(); ++i) model.contacts[i].drives = list(drives[i]);
     }
   }
+  if constexpr (HasFriction<Scene<ex>>) {
+    for (const auto& element : friction_of(scene, q, v, t)) {
+      model.frictions.push_back(
+          {.name = element.name, .tangents = {list(element.J_t)}, .drives = {element.drive}, .bound = element.bound});
+    }
+  }
   if constexpr (HasPotential<Scene<ex>>) model.potential_energy = scene.potential_energy(q);
   if constexpr (HasImpactLaw<Scene<double>>) model.impact_law = numeric.impact_law();
   if constexpr (HasGeometry<Scene<ex>>) model.geometry = scene.geometry();
@@ -306,9 +350,10 @@ class CompiledProblem final : public SymbolicProblem {
       : SymbolicProblem(scene_detail::symbolic_model<Scene>(scene)), scene_(scene) {}
 
   void force(const double* q, const double* v, const double* u, double* f) const override {
-    const auto position = scene_detail::load<n>(q);
+    if (has_jumps_as_friction()) return SymbolicProblem::force(q, v, u, f);
+    const auto position = scene_detail::load<n>(q), velocity = scene_detail::load<n>(v);
     const double t = time(q);
-    auto value = scene_detail::force_of(scene_, position, scene_detail::load<n>(v), t);
+    auto value = scene_detail::force_of(scene_, position, velocity, t);
     if constexpr (scene_detail::HasControl<Scene<double>>) {
       const auto B_u = scene_detail::input_of(scene_, position, t);
       if constexpr (scene_detail::HasControlOfTime<Scene<double>>) {
@@ -320,16 +365,22 @@ class CompiledProblem final : public SymbolicProblem {
       }
     }
     std::copy(value.begin(), value.end(), f);
+    if constexpr (scene_detail::HasFriction<Scene<double>>) {
+      double* load = f + n;
+      for (const auto& element : scene_detail::friction_of(scene_, position, velocity, t)) *load++ = -element.bound;
+    }
     if constexpr (scene_detail::TakesTime<Scene<double>>) {
-      if (info_.clock >= 0) f[n] = 0;
+      if (info_.clock >= 0) f[info_.clock] = 0;
     }
   }
 
   void gap(const double* q, double* f_c) const override {
+    if (has_jumps_as_friction()) return SymbolicProblem::gap(q, f_c);
     if constexpr (scene_detail::HasContacts<Scene<double>>) {
       const auto value = scene_detail::gap_of(scene_, scene_detail::load<n>(q), time(q));
       std::copy(value.begin(), value.end(), f_c);
     }
+    if constexpr (n_elements > 0) std::copy_n(q + n, n_elements, f_c + info_.n_c() - n_elements);
   }
 
  protected:
@@ -339,9 +390,11 @@ class CompiledProblem final : public SymbolicProblem {
   }
 
  private:
+  /// The force is not that of the scene_: its jumps are friction elements.
+  bool has_jumps_as_friction() const { return info_.n_friction_elements > static_cast<int>(n_elements); }
   double time([[maybe_unused]] const double* q) const {
     if constexpr (scene_detail::TakesTime<Scene<double>>)
-      return info_.clock < 0 ? 0 : q[n];
+      return info_.clock < 0 ? 0 : q[info_.clock];
     else
       return 0;
   }
@@ -351,7 +404,8 @@ class CompiledProblem final : public SymbolicProblem {
     }
   }
 
-  static constexpr std::size_t n = scene_detail::n_q<Scene<double>>;
+  static constexpr std::size_t n = scene_detail::n_q<Scene<double>>,
+                               n_elements = scene_detail::n_elements<Scene<double>>();
   Scene<double> scene_;
 };
 

@@ -1,8 +1,49 @@
 #include "problems/solution.h"
 
+#include <fmt/format.h>
+
 #include <algorithm>
+#include <cmath>
 
 namespace ricochet {
+
+namespace {
+
+constexpr double kRisen = 1e-9;  // [m], [m/s], of a body of 1 kg: far above the rounding of z = 0 and z' = 0
+
+}  // namespace
+
+void fail_where_bound_is_negative(const Problem& problem, double h, Solution& solution) {
+  const ProblemInfo& info = problem.info();
+  if (info.n_friction_elements == 0 || !solution.succeeded()) return;
+  const int first = info.n_c() - info.n_friction_elements;
+  const auto z_of = [&](int contact) { return info.n_mechanical() + contact - first; };
+  const auto bound = [&](int contact, const Vector& q, const Vector& v) {
+    return std::abs(problem.force(q, v)[z_of(contact)]);
+  };
+  const auto fail = [&](int contact, const char* when, double t) {
+    const std::string& name = info.contacts[static_cast<std::size_t>(contact)].name;
+    solution.status = Status::infeasible;
+    solution.message = fmt::format(
+        "the bound of friction element '{}' becomes negative {} t = {:.6g} s; a bound >= 0 is "
+        "required",
+        name, when, t);
+    solution.reason.contacts = {name};
+  };
+  constexpr double kSteps = 4;
+  for (const Event& event : solution.events) {
+    const int i = event.contact;
+    if (i < first) continue;
+    if (event.kind == EventKind::detach) return fail(i, "at", event.t);
+    if (event.kind != EventKind::impact) continue;
+    const double speed = std::max(kRisen, kSteps * h * bound(i, event.q, event.v_minus));
+    if (event.v_minus[z_of(i)] < -speed) return fail(i, "before", event.t);
+  }
+  for (int i = first; i < info.n_c(); ++i) {
+    const double height = std::max(kRisen, kSteps * h * h * bound(i, solution.q, solution.v));
+    if (solution.q[z_of(i)] > height) return fail(i, "before", solution.t);
+  }
+}
 
 const char* to_string(Status status) {
   switch (status) {

@@ -70,8 +70,9 @@ std::unique_ptr<Problem> with_value(const Problem& problem, Eigen::Index variabl
 
 std::unique_ptr<Problem> with_initial_state(const Problem& problem, const Vector& q0, const Vector& v0) {
   SymbolicModel model = model_of(problem);
-  model.q0.assign(q0.begin(), q0.end());
-  model.v0.assign(v0.begin(), v0.end());
+  const auto n = static_cast<std::ptrdiff_t>(model.q.size());  // without coordinates that are no body's
+  model.q0.assign(q0.begin(), q0.begin() + n);
+  model.v0.assign(v0.begin(), v0.begin() + n);
   return valid_problem(std::move(model));
 }
 

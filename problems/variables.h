@@ -14,7 +14,7 @@ struct Variable {
   double value = 0;
 };
 
-/// All variables of a problem: the components of q0 and v0 without the clock, and the parameters, on which q0 and v0
+/// All variables of a problem: the components of q0 and v0 of the bodies, and the parameters, on which q0 and v0
 /// may depend.
 std::vector<Variable> variables(const ProblemInfo& info);
 

@@ -242,8 +242,10 @@ Solution integrate_in_region(const Problem& problem, const EventLocatedSettings&
 }
 
 Solution integrate_event_located(const Problem& problem, const EventLocatedSettings& settings) {
-  if (!problem.info().switches.empty()) return integrate_by_regions(problem, settings);
-  return integrate_in_region(problem, settings);
+  Solution solution = problem.info().switches.empty() ? integrate_in_region(problem, settings)
+                                                      : integrate_by_regions(problem, settings);
+  fail_where_bound_is_negative(problem, 0, solution);
+  return solution;
 }
 
 }  // namespace ricochet::reference

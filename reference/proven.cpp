@@ -34,9 +34,11 @@ struct Proof {
   std::optional<double> moved;  ///< max|x - x_rounded| of (1), if it is proven
 };
 
-Vector appended(const Vector& x, int n, double clock) {
-  Vector longer = Vector::Constant(n, clock);
+/// The state of bodies with those of friction elements, which are zero, and of the clock.
+Vector appended(const Vector& x, const ProblemInfo& info, double clock) {
+  Vector longer = Vector::Zero(info.n_q);
   longer.head(x.size()) = x;
+  if (info.clock >= 0) longer[info.clock] = clock;
   return longer;
 }
 
@@ -102,8 +104,8 @@ std::optional<Reference> proven_reference(const Problem& problem, double max_sec
   if (!proof) proof = new_proof(problem, max_seconds);
   if (!proof) return std::nullopt;
   Reference reference;
-  reference.solution.q = appended(proof->q, problem.n_q(), problem.info().end_time);
-  reference.solution.v = appended(proof->v, problem.n_q(), 1);
+  reference.solution.q = appended(proof->q, problem.info(), problem.info().end_time);
+  reference.solution.v = appended(proof->v, problem.info(), 1);
   const double size = reference.size();
   reference.uncertainty = proof->radius + proof->moved.value_or(kRounding * size) + kEps * size;  // (1)
   reference.is_truth = proof->grade == "proven" && proof->moved;

@@ -86,6 +86,7 @@ std::string scene_file_page() {
       schema.definition("formula")["description"].get<std::string>());
   page += section(schema, "A scene", schema.definition("scene"));
   page += section(schema, "A contact", schema.definition("contact"));
+  page += section(schema, "A friction element", schema.definition("friction"));
   page += section(schema, "A law of impacts", schema.definition("impact_law"));
   page += section(schema, "A geometry", schema.definition("geometry"));
   for (const char* part : {"body", "shape", "link"})

@@ -26,7 +26,9 @@ FuzzTruth truth_of_motion(const CertifiedMotion& motion, const ProblemInfo& info
       truth.error = std::max(truth.error, number.radius);
     }
   }
-  if (info.n_q > info.n_mechanical()) {  // the clock
+  truth.q.resize(truth.q.size() + static_cast<std::size_t>(info.n_friction_elements), 0);
+  truth.v.resize(truth.q.size(), 0);
+  if (info.clock >= 0) {
     truth.q.push_back(info.end_time);
     truth.v.push_back(1);
   }

@@ -59,6 +59,12 @@ std::string contact_tex(const SymbolicModel::Contact& contact) {
   return tex;
 }
 
+std::string friction_tex(const SymbolicModel::FrictionElement& element) {
+  std::string tex = fmt::format("|\\lambda_t^{{\\text{{{}}}}}| \\le {}", element.name, expression_tex(element.bound));
+  for (const auto& tangent : element.tangents) tex += ", \\quad J_t = " + column_tex(tangent);
+  return tex;
+}
+
 /// Equations (2) and (3) of Problem with what is this scene's. Matrices of more than a few coordinates are no reading.
 std::string equations_html(const SymbolicModel& model) {
   constexpr std::size_t kMostRows = 12, kMostContacts = 16;
@@ -76,6 +82,8 @@ std::string equations_html(const SymbolicModel& model) {
     html += tex_line(contact_tex(model.contacts[i]));
   if (model.contacts.size() > kMostContacts)
     html += fmt::format("<p>and {} contacts more.</p>\n", model.contacts.size() - kMostContacts);
+  for (std::size_t i = 0; i < std::min(kMostContacts, model.frictions.size()); ++i)
+    html += tex_line(friction_tex(model.frictions[i]));
   const std::string end = expression_tex(model.end_time);
   html += tex_line("q(0) = " + column_tex(model.q0) + ", \\qquad v(0) = " + column_tex(model.v0) +
                    (end == "T" ? "" : ", \\qquad T = " + end));  // a parameter of that name has its value below

@@ -118,7 +118,8 @@ void SwitchFunction::end_force_slope(const Element& last, const Switch& end, con
   EndSystem& at = system_.end_work;
   for (Eigen::Index c = 0; c < 2; ++c) {
     const auto dq = response.q.col(c), dv = response.v.col(c);
-    const double dt = n < problem_.n_q() ? std::abs(dq[n]) / last.h : 0;
+    const int clock = problem_.info().clock;
+    const double dt = clock >= 0 ? std::abs(dq[clock]) / last.h : 0;
     const double size =
         std::max({dq.head(n).lpNorm<Eigen::Infinity>() / q_size, dv.lpNorm<Eigen::Infinity>() / v_size, dt});
     if (!(size > 0)) continue;

@@ -12,7 +12,7 @@ namespace {
 using nlohmann::json;
 
 constexpr double kTimeRounding = 1e-9;  // of the end time, that a client's last time may be beyond it
-const std::set<std::string> kFeatures = {"friction_2d", "friction_3d", "bilateral", "time"};
+const std::set<std::string> kFeatures = {"friction_2d", "friction_3d", "friction_elements", "bilateral", "time"};
 
 template <class Value>
 Value field(const json& object, const std::string& place, const char* name, const char* required) {
@@ -53,7 +53,7 @@ Value choice(const json& object, const std::string& place, const char* name, std
   throw BadAnswer(fmt::format("{}{}: '{}'; one of {} is required", place, name, text, fmt::join(allowed, ", ")));
 }
 
-/// The answers of one problem: without the clock, which the program keeps.
+/// The answers of one problem: coordinates of bodies, without those that Ricochet adds (problem.h, (7), (8)).
 class AnswerReader {
  public:
   explicit AnswerReader(const Problem& problem) : info_(problem.info()), n_(info_.n_mechanical()) {}
@@ -62,10 +62,10 @@ class AnswerReader {
     return number(object, place, "t", 0, info_.end_time * (1 + kTimeRounding));
   }
   Vector position(const json& object, const std::string& place, double t) const {
-    return with_clock(vector(object, place, "q", n_), t);
+    return with_added(vector(object, place, "q", n_), t);
   }
   Vector velocity(const json& object, const std::string& place, const char* name) const {
-    return with_clock(vector(object, place, name, n_), 1);
+    return with_added(vector(object, place, name, n_), 1);
   }
 
   Event event(const json& entry, const std::string& place) const {
@@ -94,10 +94,9 @@ class AnswerReader {
 
  private:
   static Vector unknown(int size) { return Vector::Constant(size, std::nan("")); }
-  Vector with_clock(Vector x, double last) const {
-    if (info_.clock < 0) return x;
-    x.conservativeResize(info_.n_q);
-    x[info_.clock] = last;
+  Vector with_added(Vector x, double last) const {
+    x.conservativeResizeLike(Vector::Zero(info_.n_q));
+    if (info_.clock >= 0) x[info_.clock] = last;
     return x;
   }
 

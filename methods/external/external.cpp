@@ -47,6 +47,8 @@ class External final : public Method {
     if (lacks(has_tangents(1), "friction_2d")) return Support::no("its program has no friction in the plane");
     if (lacks(has_tangents(2), "friction_3d")) return Support::no("its program has no friction in space");
     if (lacks(problem.has_bilateral(), "bilateral")) return Support::no("its program has no bilateral constraints");
+    if (lacks(problem.n_friction_elements > 0, "friction_elements"))
+      return Support::no("its program has no friction elements");
     if (lacks(problem.clock >= 0, "time"))
       return Support::no("its program has no forces or contacts that depend on time");
     return Support::yes();

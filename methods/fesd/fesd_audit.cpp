@@ -474,16 +474,15 @@ void FesdAudit::add_stages(const View& at) {
                v_size = max_abs(e.v0.head(n_bodies)) + e.h * acceleration_size_;
   const Matrix of_stages = (e.q - e.h * e.v * tableau_.A.transpose()).colwise() - e.q0;
   report(FesdCondition::stage_position, max_abs(of_stages.topRows(n_bodies)), q_size, -1);
-  const auto n_clocks = e.q0.size() - n_bodies;
-  report(FesdCondition::stage_position, max_abs(of_stages.bottomRows(n_clocks)), max_abs(e.q0.tail(n_clocks)) + e.h,
-         -1);
+  const auto n_added = e.q0.size() - n_bodies;
+  report(FesdCondition::stage_position, max_abs(of_stages.bottomRows(n_added)), max_abs(e.q0.tail(n_added)) + e.h, -1);
   report(FesdCondition::stage_velocity,
          max_abs((e.v - e.h * at.accelerations * tableau_.A.transpose()).colwise() - e.v0), v_size, -1);
   // Newton's method knows accelerations by what they make of velocities in the element.
   report(FesdCondition::stage_acceleration, e.h * max_abs(e.a - at.accelerations), v_size, -1);
   const Vector of_end = e.q1 - e.q0 - e.h * e.v * tableau_.b;
   report(FesdCondition::end_position, max_abs(of_end.head(n_bodies)), q_size, -1);
-  report(FesdCondition::end_position, max_abs(of_end.tail(n_clocks)), max_abs(e.q0.tail(n_clocks)) + e.h, -1);
+  report(FesdCondition::end_position, max_abs(of_end.tail(n_added)), max_abs(e.q0.tail(n_added)) + e.h, -1);
   report(FesdCondition::end_velocity, max_abs(end_velocity_residual(e, at.accelerations)), v_size, -1);
   if (at.left) report(FesdCondition::continuity, max_abs(e.q0 - at.left->q1), max_abs(e.q0), -1);
 }

@@ -294,8 +294,10 @@ class Penalty final : public Method {
   }
 
   Support supports(const ProblemInfo& problem) const override {
-    return problem.has_bilateral() ? Support::no("bilateral constraints would need a compliance of their own")
-                                   : Support::yes();
+    if (problem.has_bilateral()) return Support::no("bilateral constraints would need a compliance of their own");
+    if (problem.n_friction_elements > 0)
+      return Support::no("the normal force of a friction element would oscillate on the spring of its contact");
+    return Support::yes();
   }
 
  protected:

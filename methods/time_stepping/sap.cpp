@@ -370,6 +370,8 @@ class Sap final : public Method {
     for (const auto& contact : problem.contacts) {
       if (contact.eps_r > 0) return Support::no("restitution is not modelled, eps_r = 0 is required in every contact");
     }
+    if (problem.n_friction_elements > 0)
+      return Support::no("a contact that slips is lifted, and a friction element would lose its normal force");
     return Support::yes();
   }
 

@@ -62,7 +62,7 @@ concept HasGoal = requires(const Scene s) {
   s.goal();
 };
 
-/// The first `size` numbers; `none` for the clock, if there is one.
+/// The first `size` numbers; `none` for coordinates that are no body's.
 template <std::size_t n>
 Vector to_vector(const std::array<double, n>& values, std::size_t size, double none) {
   Vector bounds = Vector::Constant(static_cast<Eigen::Index>(size), none);

@@ -32,6 +32,9 @@ SymbolicModel with_cost(const OptimalControlProblem& problem) {
   for (auto& contact : model.contacts) {
     for (auto& direction : contact.tangents) direction.emplace_back(0);
   }
+  for (auto& element : model.frictions) {
+    for (auto& direction : element.tangents) direction.emplace_back(0);
+  }
   model.potential_energy.reset();
   return model;
 }

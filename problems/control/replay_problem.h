@@ -35,7 +35,7 @@ class ReplayProblem final : public SymbolicProblem {
   double cost(const Vector& v) const { return v[n_bodies_]; }
 
  private:
-  int n_bodies_;  // coordinates of the plant without its clock, which remains the last one
+  int n_bodies_;  // coordinates of the plant's bodies; those of friction elements and the clock follow the cost
 };
 
 }  // namespace ricochet

@@ -1,5 +1,6 @@
 #include "problems/derivatives/real_functions.h"
 
+#include <algorithm>
 #include <exception>
 #include <map>
 #include <string>
@@ -80,7 +81,7 @@ namespace {
 
 /// Whether a difference of branches vanishes at c = 0. Two proofs are tried. Either c divides the numerator of the
 /// difference as a polynomial in symbols and functions; or c is linear in a symbol or function x, c = A x + B, and the
-/// difference is 0 at x = -B / A.
+/// difference is 0 at x = -B / A and where a common factor of A and B is 0.
 bool vanishes_where(const ex& c, const ex& difference) {
   try {
     GiNaC::exmap kernels;
@@ -96,7 +97,9 @@ bool vanishes_where(const ex& c, const ex& difference) {
       const symbol x;
       const ex of_x = c.subs(*part == x).expand();
       if (!of_x.is_polynomial(x) || of_x.degree(x) != 1) continue;
-      const ex zero = -of_x.coeff(x, 0) / of_x.coeff(x, 1);
+      const ex A = of_x.coeff(x, 1), B = of_x.coeff(x, 0), common = GiNaC::gcd(A, B);
+      if (!is_number(common) && !vanishes_where(common, difference)) continue;
+      const ex zero = -B / A;
       if (difference.subs(*part == x).subs(x == zero).normal().is_zero()) return true;
     } catch (const std::exception&) {  // a pole at the zero, or no polynomial
     }
@@ -117,6 +120,14 @@ bool may_jump(const ex& expression) {
     if (!vanishes_where(part->op(0), difference)) return true;
   }
   return false;
+}
+
+bool may_bend(const ex& expression) {
+  return std::any_of(expression.preorder_begin(), expression.preorder_end(), [](const ex& part) {
+    if (!GiNaC::is_a<GiNaC::function>(part)) return false;
+    const std::string name = GiNaC::ex_to<GiNaC::function>(part).get_name();
+    return name == "magnitude" || name == "sign" || name == "choose";
+  });
 }
 
 ex with_real_symbols(const ex& expression) {

@@ -45,4 +45,7 @@ GiNaC::ex with_real_symbols(const GiNaC::ex& expression);
 /// and x sign(x), or the difference vanishes after c = 0 is solved for a symbol, as in max(-x, 0)**1.5.
 bool may_jump(const GiNaC::ex& expression);
 
+/// Whether the `expression` contains one of the functions of this file, so that it or its derivative may jump.
+bool may_bend(const GiNaC::ex& expression);
+
 }  // namespace ricochet

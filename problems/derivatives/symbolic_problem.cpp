@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <set>
 
+#include "problems/derivatives/friction_elements.h"
 #include "problems/derivatives/real_functions.h"
 #include "problems/input_error.h"
 #include "problems/join.h"
@@ -63,6 +64,10 @@ void for_each_list(SymbolicModel& model, const auto& visit) {
     for (auto& direction : contact.tangents) visit(direction);
     visit(contact.drives);
   }
+  for (auto& element : model.frictions) {
+    for (auto& direction : element.tangents) visit(direction);
+    visit(element.drives);
+  }
 }
 
 /// Adds the clock, Problem (7), as the last coordinate if the model depends on time. @return whether it does
@@ -116,6 +121,7 @@ SymbolicModel normalized(SymbolicModel model) {
     contact.tangents.clear();
     contact.drives.clear();
   }
+  for (auto& element : model.frictions) make_real(element.bound);
   if (model.potential_energy) make_real(*model.potential_energy);
   if (model.geometry) model.geometry->for_each_number(make_real);
   return model;
@@ -134,12 +140,26 @@ double SymbolicModel::number(const GiNaC::ex& expression) const {
   return value;
 }
 
+double SymbolicModel::number_at_start(const GiNaC::ex& formula) const {
+  std::vector<StraightLineProgram::Constant> start = constants();
+  start.push_back({t, 0});
+  for (std::size_t k = 0; k < q.size(); ++k) {
+    start.push_back({q[k], number(q0[k])});
+    start.push_back({v[k], number(v0[k])});
+  }
+  double value = 0;
+  StraightLineProgram({formula}, {}, start).evaluate({}, &value);
+  return value;
+}
+
 const GiNaC::ex* SymbolicModel::exact_value(const ParameterInfo& parameter) const {
   const auto exact = exact_values.find(parameter.name);
   return exact != exact_values.end() && number(exact->second) == parameter.value ? &exact->second : nullptr;
 }
 
-SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(normalized(std::move(model))), model_(stated_) {
+SymbolicProblem::SymbolicProblem(SymbolicModel model)
+    : stated_(normalized(std::move(model))), model_(with_friction_coordinates(with_jumps_as_friction(stated_))) {
+  info_.n_friction_elements = static_cast<int>(model_.frictions.size());
   if (add_clock(model_)) info_.clock = static_cast<int>(model_.q.size()) - 1;
   const int n_q = static_cast<int>(model_.q.size());
 
@@ -171,7 +191,7 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model) : stated_(normalized(std::
   }
 
   info_.region = model_.region;
-  if (SwitchedModel switched = with_switching_functions(stated_); !switched.functions.empty()) {
+  if (SwitchedModel switched = with_switching_functions(with_jumps_as_friction(stated_)); !switched.functions.empty()) {
     info_.switches = switched.described;
     switched_ = std::make_shared<const SwitchedModel>(std::move(switched));
   }
@@ -282,6 +302,13 @@ void SymbolicProblem::open_parameters() {
   for (const auto& contact : model_.contacts) numbers.push_back(contact.eps_r);
   for (const auto& contact : model_.contacts) numbers.push_back(contact.mu);
   if (model_.geometry) model_.geometry->for_each_number([&](const ex& number) { numbers.push_back(number); });
+  GiNaC::exmap start{{model_.t, 0}};
+  for (std::size_t k = 0; k < stated_.q.size(); ++k) {
+    start[stated_.q[k]] = stated_.q0[k];
+    start[stated_.v[k]] = stated_.v0[k];
+  }
+  for (const auto& element : model_.frictions)
+    numbers.push_back(element.bound.subs(start, GiNaC::subs_options::no_pattern));
   numbers_ = SparseProgram(numbers, {}, constants);
   number_values_.resize(numbers.size());
 }
@@ -294,6 +321,9 @@ bool SymbolicProblem::set_parameters(std::span<const double> values) {
   for (std::size_t i = 0; i < n_c; ++i) {
     if (!info_.contacts[i].is_bilateral && (mu[i] != 0) != (info_.contacts[i].mu != 0)) return false;
   }
+  const std::span bounds(number_values_.end() - info_.n_friction_elements, number_values_.end());
+  if (std::ranges::any_of(bounds, [](double F) { return !(F > 0); }))
+    return false;  // of jumps that are no friction then
   for (SparseProgram* program :
        {&mass_, &force_, &gap_, &normal_, &tangent_, &potential_, &force_jacobian_, &mass_q_, &contact_q_, &gap_bias_,
         &slip_q_, &switching_, &switching_derivative_, &dynamics_hessian_, &gap_hessian_, &parameter_derivative_}) {
@@ -327,6 +357,7 @@ void SymbolicProblem::describe_contacts() {
     ContactInfo described;
     described.name = contact.name;
     described.is_bilateral = contact.is_bilateral;
+    described.is_friction_element = contact.is_friction_element;
     described.eps_r = model_.number(contact.eps_r);
     described.mu = model_.number(contact.mu);
     described.n_t = static_cast<int>(contact.tangents.size());
@@ -373,7 +404,8 @@ ex SymbolicProblem::contact_force_work(const std::vector<symbol>& weight) const 
   ex work = 0;
   for (std::size_t i = 0; i < model_.contacts.size(); ++i) {
     const auto& contact = model_.contacts[i];
-    for (int k = 0; k < info_.n_mechanical(); ++k) {
+    for (int k = 0; k < info_.n_q; ++k) {
+      if (k == info_.clock) continue;
       work += weight[k] * contact.gap.diff(model_.q[k]) * lambda_n_[i];
       for (std::size_t d = 0; d < contact.tangents.size(); ++d) {
         work += weight[k] * contact.tangents[d][k] * lambda_t_[info_.contacts[i].tangent_index + d];

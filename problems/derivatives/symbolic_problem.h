@@ -34,6 +34,15 @@ struct SymbolicModel {
     GiNaC::ex eps_r = 0;                ///< restitution coefficient, in terms of the parameters only
     GiNaC::ex mu = 0;                   ///< friction coefficient, in terms of the parameters only
     bool is_bilateral = false;          ///< a constraint gap = 0
+    bool is_friction_element = false;   ///< of `frictions`, see friction_elements.h; never stated as a contact
+  };
+
+  /// Friction without a normal contact (friction_elements.h), with formulas of q, the parameters and t.
+  struct FrictionElement {
+    std::string name;                   ///< in messages, events and figures, other than those of contacts
+    std::vector<Expressions> tangents;  ///< one or two directions, each with n_q entries
+    Expressions drives;                 ///< one per direction, added to J_t' v; empty if there is none
+    GiNaC::ex bound;                    ///< of |lambda_t| [N, N m], >= 0; a formula of v, too
   };
 
   std::string id;                                 ///< as ProblemInfo::id
@@ -52,6 +61,7 @@ struct SymbolicModel {
   Expressions force;                          ///< f_v(q, v), n_q entries
   std::vector<Expressions> input;             ///< B_u(q), n_q rows of n_u entries; empty without control
   std::vector<Contact> contacts;              ///< n_c, unilateral and bilateral ones
+  std::vector<FrictionElement> frictions;     ///< in addition to the friction of contacts
   Expressions q0;                             ///< n_q, in terms of the parameters only
   Expressions v0;                             ///< n_q, in terms of the parameters only
   Expressions control;                        ///< n_u, of the plain simulation, in terms of the parameters and t
@@ -66,6 +76,8 @@ struct SymbolicModel {
 
   /// Value of an `expression` of parameters and numbers.
   double number(const GiNaC::ex& expression) const;
+  /// Value of a formula of q, v, t and the parameters at the initial state.
+  double number_at_start(const GiNaC::ex& formula) const;
   /// The formula of numbers that states a parameter, such as 1/3; null if there is none, or if the value was changed.
   const GiNaC::ex* exact_value(const ParameterInfo& parameter) const;
   /// The parameters as constants of a program; if they `may_change`, StraightLineProgram::set_constants() sets them.
@@ -134,8 +146,8 @@ class SymbolicProblem : public Problem {
   SymbolicProblem* symbolic() override { return this; }
 
   const SymbolicModel& model() const { return stated_; }  ///< The scene as it is stated, formulas().
-  /// The scene as it is solved: if it depends on time, the clock is its last coordinate, and a control that depends on
-  /// time is part of the force.
+  /// The scene as it is solved: friction elements are contacts with coordinates (friction_elements.h); if it depends on
+  /// time, the clock is its last coordinate, and a control that depends on time is part of the force.
   const SymbolicModel& equations() const { return model_; }
 
   // For studies of many runs: making a problem takes milliseconds, set_parameters() microseconds.
@@ -146,7 +158,7 @@ class SymbolicProblem : public Problem {
   /// No formula is read, so that each thread may change its own problem. Do not call while a method runs.
   /// @param values  of all info().parameters
   /// @returns false, without a change, if a contact would gain or lose friction: its tangents would
-  /// have to be added or removed
+  /// have to be added or removed; likewise if the bound of a friction element would not be positive at the start
   bool set_parameters(std::span<const double> values);
 
  protected:
@@ -175,7 +187,7 @@ class SymbolicProblem : public Problem {
   mutable SparseProgram dynamics_hessian_, gap_hessian_, parameter_derivative_;
 
   bool are_parameters_open_ = false;
-  SparseProgram numbers_;  ///< when they are: q0, v0, u, T, all eps_r, all mu, the geometry's, one below the other
+  SparseProgram numbers_;  ///< when they are: q0, v0, u, T, all eps_r, all mu, the geometry's, bounds at the start
   std::vector<double> number_values_;
 };
 

@@ -24,6 +24,11 @@ void for_each_formula(SymbolicModel& model, const auto& visit) {
     for (auto& direction : contact.tangents) std::ranges::for_each(direction, visit);
     std::ranges::for_each(contact.drives, visit);
   }
+  for (auto& element : model.frictions) {
+    visit(element.bound);
+    for (auto& direction : element.tangents) std::ranges::for_each(direction, visit);
+    std::ranges::for_each(element.drives, visit);
+  }
   if (model.potential_energy) visit(*model.potential_energy);
 }
 
@@ -111,7 +116,6 @@ class Branches {
   const SymbolicModel& model_;
   SwitchedModel& found_;
   CanonicalOrder order_{printed};
-};
 };
 
 }  // namespace

@@ -47,6 +47,10 @@ class SceneReader {
       const Field contacts = scene_.at("contacts");
       for (std::size_t i = 0; i < contacts.size(); ++i) read_contact(contacts.at(i), n_q);
     }
+    if (scene_.has("friction")) {
+      const Field elements = scene_.at("friction");
+      for (std::size_t i = 0; i < elements.size(); ++i) read_friction(elements.at(i), n_q);
+    }
     if (scene_.has("potential_energy")) model_.potential_energy = scene_.at("potential_energy").expression(in_q_);
     return std::move(model_);
   }
@@ -184,11 +188,8 @@ class SceneReader {
 
   void read_contact(const Field& field, std::size_t n_q) {
     SymbolicModel::Contact contact;
-    contact.name = field.has("name") ? field.at("name").text() : fmt::format("contact {}", model_.contacts.size());
-    const auto [other, is_new] = contact_names_.try_emplace(contact.name, model_.contacts.size());
-    if (!is_new)
-      throw InputError(place_of(field.name(), "name"), contact.name,
-                       fmt::format("contacts[{}] has this name, another one is required", other->second));
+    contact.name = name_of(field, fmt::format("contact {}", model_.contacts.size()),
+                           fmt::format("contacts[{}]", model_.contacts.size()));
     if (field.has("shapes")) read_shapes(field, contact);
     if (field.has("gap") || !field.has("shapes")) read_gap(field.at("gap"), contact, n_q);
     if (field.has("e") && field.has("eps_r"))
@@ -197,18 +198,47 @@ class SceneReader {
       if (field.has(name)) contact.eps_r = field.at(name).expression(constants_);
     }
     if (field.has("mu")) contact.mu = field.at("mu").expression(constants_);
-    if (field.has("Jt")) {
-      const Field directions = field.at("Jt");
-      contact.tangents.clear();
-      for (std::size_t d = 0; d < directions.size(); ++d)
-        contact.tangents.push_back(directions.at(d).expressions(n_q, in_q_and_time_));
-      require_directions(directions, contact.tangents);
-    }
+    if (field.has("Jt")) contact.tangents = directions_of(field.at("Jt"), n_q);
     if (field.has("vt_drive"))
       contact.drives = field.at("vt_drive").expressions(contact.tangents.size(), in_q_and_time_);
     if (field.has("bilateral")) contact.is_bilateral = field.at("bilateral").value().get<bool>();
     if (field.has("Jn")) compare_normal(field.at("Jn"), contact.gap, n_q);
     model_.contacts.push_back(std::move(contact));
+  }
+
+  void read_friction(const Field& field, std::size_t n_q) {
+    const std::size_t number = model_.frictions.size();
+    SymbolicModel::FrictionElement element;
+    element.name = name_of(field, fmt::format("friction {}", number), fmt::format("friction[{}]", number));
+    const Field directions = field.at("Jt"), bound = field.at("bound");
+    element.tangents = directions_of(directions, n_q);
+    if (element.tangents.empty())
+      throw InputError(directions.name() + ", number of entries", 0, "one or two directions are required");
+    element.bound = bound.expression(in_state_);
+    if (const double F = model_.number_at_start(element.bound); !(F >= 0))
+      throw InputError(bound.name(), F, "a bound >= 0 at q0, v0 and t = 0 is required");
+    if (element.bound.is_zero())
+      throw InputError(bound.name(), bound.text(), "a bound that is not zero at all times is required");
+    if (field.has("vt_drive"))
+      element.drives = field.at("vt_drive").expressions(element.tangents.size(), in_q_and_time_);
+    model_.frictions.push_back(std::move(element));
+  }
+
+  /// The name of a contact or friction element, which no other one has. @param place  in messages about others
+  std::string name_of(const Field& field, const std::string& fallback, const std::string& place) {
+    const std::string name = field.has("name") ? field.at("name").text() : fallback;
+    const auto [other, is_new] = contact_names_.try_emplace(name, place);
+    if (!is_new)
+      throw InputError(place_of(field.name(), "name"), name,
+                       fmt::format("{} has this name, another one is required", other->second));
+    return name;
+  }
+
+  std::vector<Expressions> directions_of(const Field& field, std::size_t n_q) const {
+    std::vector<Expressions> directions;
+    for (std::size_t d = 0; d < field.size(); ++d) directions.push_back(field.at(d).expressions(n_q, in_q_and_time_));
+    require_directions(field, directions);
+    return directions;
   }
 
   /// Rejects a parameter whose name cannot occur in formulas, or is that of a function.
@@ -303,7 +333,7 @@ class SceneReader {
   Field scene_;
   const ParameterChanges& changes_;
   SymbolicModel model_;
-  std::map<std::string, std::size_t> contact_names_;
+  std::map<std::string, std::string> contact_names_;  ///< with their places in the file
   ExpressionNames constants_, of_time_, in_q_, in_q_and_time_, in_state_;
 };
 

@@ -204,6 +204,7 @@ void CertificateChecker::take(const CertifiedStep& stated) {
   if (!(stated.length > 0) || end.sign() != Sign::positive || !arb_le(end.get(), one.get()))
     throw Refused("the end is not within the step");
   taylor_.load(x_, t_);
+  require_bounds(scene_, states_.modes);
   if (modes_are_new_) motion_ = mode_motion(scene_, states_.modes, p_, {}, states_.left_out);
   taylor_.expand(motion_, a.order);
   require_remainders(motion_, stated);
@@ -246,6 +247,7 @@ void CertificateChecker::check_end() {
     if (!contains(end[i], x_[i])) throw Refused(fmt::format("the final x[{}] does not contain the result", i));
   }
   require_modes(states_.modes, certificate_.final_modes);
+  require_bounds(scene_, states_.modes);
   if (certificate_.events.size() && certificate_.events.back().step >= step_) throw Refused("an event after the end");
   const std::size_t n = scene_.n;
   if (certificate_.q.size() != n || certificate_.v.size() != n) throw Refused("q or v has the wrong size");

@@ -85,7 +85,7 @@ struct CertifiedMotion {
   bool bends = false;                    ///< open because a formula bends or jumps
   std::vector<std::string> assumptions;  ///< of grades `assumed` and `computed`
   Reading reading = Reading::decimal;    ///< as in Options
-  std::vector<CertifiedNumber> q, v;     ///< at the end time; empty if open
+  std::vector<CertifiedNumber> q, v;     ///< of the bodies at the end time; empty if open
   std::vector<std::string> modes;        ///< at the end
   CertifiedNumber end_time;              ///< [s]; where an open motion stopped
   std::vector<CertifiedEvent> events;    ///< in order; those before it stopped if open

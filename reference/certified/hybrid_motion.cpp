@@ -99,6 +99,7 @@ void HybridMotion::begin() {
 }
 
 void HybridMotion::begin_motion() {
+  require_bounds(scene_, states_.modes);
   taylor_.load(set_.box(), t_);
   motion_ = mode_motion(scene_, states_.modes, p_, states_.starting, states_.left_out);
   if (std::ranges::count(states_.sticks_at_limit, 1) > 0) result_.no_certificate = "friction in space is at its limit";
@@ -172,6 +173,7 @@ void HybridMotion::run_to_end() {
     else if (!step.reached.empty())
       handle(EventFunction(motion_.events[step.reached.front()]));
   }
+  require_bounds(scene_, states_.modes);
   leave_room();
   if (sensitivities_) sensitivities_->finish(set_.box(), t_);
 }
@@ -362,8 +364,8 @@ CertifiedMotion HybridMotion::result() const {
     const Decimal d = decimal(ball, options_.digits + kSpareDigits);
     return CertifiedNumber{d.text, d.radius, d.decimals};
   };
-  for (int k = 0; k < scene_.n; ++k) result.q.push_back(number(set_.box()[k]));
-  for (int k = 0; k < scene_.n; ++k) result.v.push_back(number(set_.box()[scene_.n + k]));
+  for (int k = 0; k < scene_.n_bodies; ++k) result.q.push_back(number(set_.box()[k]));
+  for (int k = 0; k < scene_.n_bodies; ++k) result.v.push_back(number(set_.box()[scene_.n + k]));
   for (std::size_t k = 0; k < event_times_.size(); ++k) result.events[k].time = number(event_times_[k]);
   result.end_time = number(t_);
   if (sensitivities_) sensitivities_->write(result, options_.digits + kSpareDigits);

@@ -291,6 +291,13 @@ class ModeEquations {
 
 }  // namespace
 
+void require_bounds(const SceneFormulas& scene, const std::vector<Mode>& modes) {
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    if (scene.contacts[i].is_friction_element && modes[i] == Mode::open)
+      throw Unsupported(fmt::format("the bound of friction element '{}' becomes negative", scene.contacts[i].name));
+  }
+}
+
 ModeMotion mode_motion(const SceneFormulas& scene, const std::vector<Mode>& modes, SeriesProgram& program,
                        const std::map<int, SlipOnset>& starting, const LeftOut& left_out) {
   ModeEquations equations(scene, modes, program, left_out);

@@ -92,6 +92,11 @@ struct ModeMotion {
   std::vector<Node> schedule;                 ///< everything above, with q, v, gaps and slip velocities
 };
 
+/// Requires that no friction element is open. While it is closed, its bound is F = lambda_n >= 0, by (2) of
+/// problems/derivatives/friction_elements.h. It opens where F < 0, and the scene has no motion from there on.
+/// @throws Unsupported with the name of the element
+void require_bounds(const SceneFormulas& scene, const std::vector<Mode>& modes);
+
 /// Derives the motion of the `modes`. Pivots are chosen by the current values of the program.
 /// @param starting  contacts in space whose slip begins
 /// @param left_out  unknowns of redundant contacts

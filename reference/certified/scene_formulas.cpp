@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "problems/derivatives/canonical_order.h"
+#include "problems/derivatives/friction_elements.h"
 #include "problems/derivatives/symbolic_problem.h"
 
 namespace ricochet::reference::certified {
@@ -227,9 +228,9 @@ class SceneTranslation {
  public:
   SceneTranslation(const Problem& problem, Reading reading, SeriesProgram& program, bool parameters_vary)
       : problem_(problem),
-        model_(*problem.formulas()),
         reading_(reading),
         exact_(reading),
+        model_(with_elements(*problem.formulas())),
         program_(program),
         translate_(program) {
     for (std::size_t k = 0; k < model_.parameters.size(); ++k) {
@@ -248,6 +249,7 @@ class SceneTranslation {
 
   SceneFormulas run() {
     scene_.n = static_cast<int>(model_.q.size());
+    scene_.n_bodies = scene_.n - static_cast<int>(model_.frictions.size());
     for (const auto& q : model_.q) translate_.bind(q, add(scene_.q, program_.state()));
     for (const auto& v : model_.v) translate_.bind(v, add(scene_.v, program_.state()));
     scene_.clock = program_.state();
@@ -280,6 +282,15 @@ class SceneTranslation {
   }
 
  private:
+  /// The scene with its friction elements. Numbers are exact before jumps of the force are compared. The contacts are
+  /// those of the problem, or there is no proof.
+  SymbolicModel with_elements(SymbolicModel model) {
+    for (ex& f : model.force) f = exact_(f);
+    model = with_friction_coordinates(with_jumps_as_friction(std::move(model)));
+    if (std::ssize(model.contacts) != problem_.n_c())
+      throw Unsupported("a jump of the force is dry friction by its rounded numbers only, or by its exact ones only");
+    return model;
+  }
   static Node add(std::vector<Node>& list, Node node) {
     list.push_back(node);
     return node;
@@ -390,6 +401,7 @@ class SceneTranslation {
     ContactFormulas contact;
     contact.name = stated.name;
     contact.is_bilateral = stated.is_bilateral;
+    contact.is_friction_element = stated.is_friction_element;
     contact.eps_r = number(stated.eps_r);
     contact.mu = number(stated.mu);
     contact.eps_r_formula = node(stated.eps_r);
@@ -443,9 +455,9 @@ class SceneTranslation {
   }
 
   const Problem& problem_;
-  const SymbolicModel& model_;
   Reading reading_;
   ExactNumbers exact_;
+  SymbolicModel model_;
   SeriesProgram& program_;
   Translator translate_;
   GiNaC::exmap parameters_, start_;

@@ -33,6 +33,7 @@ struct ContactFormulas {
   Ball eps_r, mu;                                    ///< Newton's restitution, Coulomb's friction
   Node eps_r_formula = -1, mu_formula = -1;          ///< the same as formulas of the parameters
   bool is_bilateral = false;                         ///< a constraint
+  bool is_friction_element = false;                  ///< must stay closed (mode_motion())
   Node gap = -1, v_n = -1;                           ///< f_c [m], v_n [m/s]
   std::vector<Node> J_n;                             ///< n_q
   std::vector<std::vector<Node>> J_t;                ///< n_t directions with n_q entries; none without friction
@@ -55,6 +56,7 @@ struct ContactPair {
 /// The equations M(q) v' = f(q, v, t) + contact forces, with the control in f. Time is a variable, the clock.
 struct SceneFormulas {
   int n = 0;                         ///< coordinates, without a clock
+  int n_bodies = 0;                  ///< coordinates of bodies; those of friction elements follow
   std::vector<Node> q, v;            ///< n each
   Node clock = -1;                   ///< t
   std::vector<std::vector<Node>> M;  ///< n rows of n

@@ -53,13 +53,25 @@ std::string refusal(const std::string& text) {
 class ValidCertificate : public testing::TestWithParam<const char*> {};
 
 /// With RICOCHET_CERTIFICATES the file is left in that folder, for other checkers.
-TEST_P(ValidCertificate, IsAccepted) {
-  const std::string text = certificate_text(certificate_of_problem(*make_problem(GetParam())));
+void expect_valid_certificate(const Problem& problem, const std::string& name) {
+  const std::string text = certificate_text(certificate_of_problem(problem));
   EXPECT_EQ(refusal(text), "");
   EXPECT_EQ(certificate_text(read_certificate(text)), text);
   EXPECT_LT(text.size(), 100000U);
   if (const char* folder = std::getenv("RICOCHET_CERTIFICATES"))
-    std::ofstream(fmt::format("{}/{}.json", folder, GetParam())) << text;
+    std::ofstream(fmt::format("{}/{}.json", folder, name)) << text;
+}
+
+TEST_P(ValidCertificate, IsAccepted) {
+  expect_valid_certificate(*make_problem(GetParam()), GetParam());
+}
+
+TEST(ValidCertificateOfFrictionElement, IsAccepted) {
+  const auto problem = read_scene_text(
+      R"~({"q0": ["0", "0"], "v0": ["2", "0"], "T": "5", "M": [["1", "0"], ["0", "2"]], "f": ["2.5*cos(3*t)", "-0.3*v[1]"],
+          "friction": [{"name": "clutch", "Jt": [["1", "-1"]], "bound": "1+0.5*sin(2*t)"}]})~",
+      "clutch");
+  expect_valid_certificate(*problem, "clutch");
 }
 
 INSTANTIATE_TEST_SUITE_P(Scenes, ValidCertificate,

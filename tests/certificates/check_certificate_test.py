@@ -9,7 +9,8 @@ except ImportError:
     sys.exit(77)
 
 VALID = ["bouncing_ball", "two_balls_spring", "pendulum_wall", "oblique_impact", "belt_oscillator", "stacked_blocks",
-         "sliding_block", "ball_row", "shaken_table", "kane_pendulum", "ball_in_box", "block_on_ramp", "woodpecker_toy"]
+         "sliding_block", "ball_row", "shaken_table", "kane_pendulum", "ball_in_box", "block_on_ramp", "woodpecker_toy",
+         "clutch"]
 CHANGED = ["oblique_impact", "sliding_block"]
 
 

@@ -136,10 +136,26 @@ def formula(text, names):
     return go(ast.parse(text, mode="eval").body)
 
 
+def with_elements(scene):
+    """Friction elements as contacts of one more coordinate each, which their bound presses on a support."""
+    elements = scene.get("friction", [])
+    n, m = len(scene["q0"]), len(elements)
+    wide = lambda rows: [row + [0] * m for row in rows]
+    unit = [[0] * (n + k) + [1] + [0] * (m - k - 1) for k in range(m)]
+    contacts = [{**c, "Jt": wide(c.get("Jt", []))} for c in scene.get("contacts", [])]
+    for k, e in enumerate(elements):
+        contacts.append({"name": e.get("name", f"friction {k}"), "gap": f"q[{n + k}]", "mu": 1, "Jt": wide(e["Jt"]),
+                         "vt_drive": e.get("vt_drive", [0] * len(e["Jt"])), "stays_closed": True})
+    u = len(scene.get("u", []))
+    return {**scene, "q0": scene["q0"] + [0] * m, "v0": scene["v0"] + [0] * m, "M": wide(scene["M"]) + unit,
+            "f": scene["f"] + [f"-({e['bound']})" for e in elements], "contacts": contacts,
+            "Bu": scene.get("Bu", [[]] * n) + [[0] * u] * m}
+
+
 class Scene:
     def __init__(self, text):
         scene, names = json.loads(text), {}
-        scene = scene.get("problem", scene)
+        scene = with_elements(scene.get("problem", scene))
         read = lambda x: [read(y) for y in x] if isinstance(x, list) else formula(str(x), names)
         self.n = n = len(scene["q0"])
         self.q, self.v, self.t = [Node("q", k) for k in range(n)], [Node("v", k) for k in range(n)], Node("t", 0)
@@ -149,8 +165,8 @@ class Scene:
         self.T = read(scene["T"]).value()
         names.update(q=self.q, v=self.v, t=self.t, pi=const(iv.pi))
         names["u"], self.M = read(scene.get("u", [])), read(scene["M"])
-        self.f = [f + dot(row, names["u"]) for f, row in zip(read(scene["f"]), read(scene.get("Bu", [[]] * n)))]
-        self.contacts = [self.contact(i, c, read) for i, c in enumerate(scene.get("contacts", []))]
+        self.f = [f + dot(row, names["u"]) for f, row in zip(read(scene["f"]), read(scene["Bu"]))]
+        self.contacts = [self.contact(i, c, read) for i, c in enumerate(scene["contacts"])]
 
     def contact(self, i, c, read):
         """Of v_n and v_t, the part that does not depend on v is `drift`; `modes` are the possible ones."""
@@ -161,7 +177,7 @@ class Scene:
         return types.SimpleNamespace(
             name=c.get("name", f"contact {i}"), gap=gap, J=J, Jt=Jt, drift=drift, v_n=rates[0], v_t=rates[1:], mu=mu,
             both=both, e=ZERO if both else read(c.get("e", c.get("eps_r", 0))),
-            modes=[[], ["open"]][not both] + [["closed"], ["stick", "slip+", "slip-"], ["stick", "slip"]][len(Jt)])
+            modes=[[], ["open"]][not both and not c.get("stays_closed")] + [["closed"], ["stick", "slip+", "slip-"], ["stick", "slip"]][len(Jt)])
 
     def rows(self, modes):
         """(contact, 0 or 1 + the tangential direction), row, column of the force, drift of all constraints."""

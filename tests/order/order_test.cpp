@@ -5,6 +5,7 @@
 
 #include "methods/registry.h"
 #include "reference/agreement.h"
+#include "reference/proven.h"
 #include "reports/order_fit.h"
 #include "tests/test_data.h"
 
@@ -227,6 +228,24 @@ TEST(DoublePendulum, OrdersWithAVaryingMassMatrix) {
     const auto fit = observe(*problem, truth, method, logarithmic(from, to, kDense));
     ASSERT_TRUE(fit) << method;
     EXPECT_GE(fit->slope, order - kSlack) << method << " window " << fit->first_steps << " .. " << fit->last_steps;
+  }
+}
+
+/// Through slip, stick and slip of friction elements whose bound depends on the time or the velocity.
+TEST(FrictionElements, OrdersThroughStickAndSlip) {
+  for (const char* scene : {"clutch.json", "dry_hinge.json"}) {
+    const auto problem = read_scene_file(test_data(scene));
+    const auto proven = reference::truth_of(*problem);
+    const Truth truth{proven.solution.q, proven.solution.v, proven.uncertainty};
+    ASSERT_LE(truth.uncertainty, 1e-14);
+    for (const auto& [method, order, from, to] :
+         {Case{"fesd:radau-iia:2", 3, 100, 3000}, Case{"fesd:radau-iia:3", 5, 15, 200},
+          Case{"fesd:gauss:2", 4, 20, 1000}, Case{"fesd:gauss:3", 6, 15, 120}}) {
+      const auto fit = observe(*problem, truth, method, logarithmic(from, to, kDense));
+      ASSERT_TRUE(fit) << scene << " " << method;
+      EXPECT_GE(fit->slope, order - kSlack)
+          << scene << " " << method << " window " << fit->first_steps << " .. " << fit->last_steps;
+    }
   }
 }
 

@@ -97,8 +97,8 @@ const std::vector<VerdictCase>& verdict_cases() {
   return all;
 }
 
-using Solver = std::tuple<ContactSolverEntry, std::size_t>;
-class ContactVerdicts : public testing::TestWithParam<Solver> {
+using VerdictSolver = std::tuple<ContactSolverEntry, std::size_t>;
+class ContactVerdicts : public testing::TestWithParam<VerdictSolver> {
  protected:
   const ContactSolverEntry& entry() const { return std::get<0>(GetParam()); }
   const VerdictCase& stated() const { return verdict_cases()[std::get<1>(GetParam())]; }

@@ -231,8 +231,8 @@ TEST_F(Expression, TellsJumpsFromBends) {
                                  "if(t < 1, t, if(t < 2, 1, 3-t))",
                                  "if(q[0] < 1, if(q[1] < 0, q[1], 2*q[1])*(q[0]-1), 0)"})
     EXPECT_FALSE(may_jump(parse_expression(continuous, names, "field"))) << continuous;
-  for (const char* jump : {"sign(q[0])", "-m*sign(q[0]-q[1])", "q[1]*sign(q[0])", "cos(q[0])*sign(q[0])",
-                           "if(t < 1, 1, -1)", "if(t < 1, t, 3-t)", "if(q[0] < 0, 0, m)",
+  for (const char* jump : {"sign(q[0])", "-m*sign(q[0]-q[1])", "q[1]*sign(q[0])", "q[1]*sign(q[0]*q[1])",
+                           "cos(q[0])*sign(q[0])", "if(t < 1, 1, -1)", "if(t < 1, t, 3-t)", "if(q[0] < 0, 0, m)",
                            "if(q[0]+q[0]**2 > 0, q[0]/(q[0]+q[0]**2), 0)", "max(q[0], if(t < 1, 0, 1))",
                            "if(t < 1, t, if(t < 2, 1, 2-t))", "if(q[0] < 1, if(q[1] < 0, 1, 2)*(q[0]-1), 0)"})
     EXPECT_TRUE(may_jump(parse_expression(jump, names, "field"))) << jump;

@@ -67,6 +67,7 @@ Support EngineScene::supports(const ProblemInfo& info) {
   if (!info.geometry) return Support::no("the scene states no bodies and shapes, only formulas");
   if (info.has_bilateral()) return Support::no("bilateral constraints are not passed on to engines");
   if (info.clock >= 0) return Support::no("surfaces and forces that depend on time are not passed on to engines");
+  if (info.n_friction_elements > 0) return Support::no("friction elements are not passed on to engines");
   const Geometry& geometry = *info.geometry;
   if (geometry.pairs.size() != info.contacts.size())
     return Support::no("some contact of the scene is between no two shapes");

@@ -22,7 +22,10 @@ MethodInfo GapSteppingMethod::info() const {
 
 Support GapSteppingMethod::supports(const ProblemInfo& problem) const {
   const bool bounces = std::ranges::any_of(problem.contacts, [](const auto& contact) { return contact.eps_r > 0; });
-  return bounces ? Support::no("it has no restitution, eps_r = 0 is required in every contact") : Support::yes();
+  if (bounces) return Support::no("it has no restitution, eps_r = 0 is required in every contact");
+  if (law_ == FrictionLaw::associated && problem.n_friction_elements > 0)
+    return Support::no("a contact that slips is lifted, and a friction element would lose its normal force");
+  return Support::yes();
 }
 
 void GapSteppingMethod::set_shift(const FixedStepRun& run, Vector& shift) const {
