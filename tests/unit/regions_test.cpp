@@ -203,6 +203,31 @@ TEST(Regions, FesdHasItsOrderThroughACorner) {
   }
 }
 
+TEST(Regions, OfTwoBordersInOneStepTheFirstIsCrossedFirst) {  // 3 mm apart
+  const std::string scene =
+      mass("-22.981*q[0]-51.163*min(q[0]+0.259,0)-4.191*max(abs(q[0])-0.256,0)*sign(q[0])", 0.2, 0.921, 2);
+  const Solution exact = run(scene, "event_driven", 1e-13);
+  for (const char* method : {"fesd_adaptive:gauss:4", "fesd_adaptive:radau-iia:4", "event_driven"}) {
+    const Solution s = run(scene, method, 1e-10);
+    ASSERT_TRUE(s.succeeded()) << s.message;
+    EXPECT_NEAR(s.q[0], exact.q[0], 1e-8) << method;
+  }
+}
+
+TEST(Regions, NumbersOfFunctionsDoNotDependOnTheRun) {  // GiNaC's own order depends on memory addresses
+  std::vector<std::string> first;
+  for (int n = 0; n < 20; ++n) {
+    const auto problem =
+        read_scene_text(mass("max(q[0]-0.3,0)+abs(v[0])-min(q[0]+0.2,0)+sign(sin(t))", 1, 0, 1), "scene");
+    std::vector<std::string> formulas;
+    std::vector<double> psi(problem->info().switches.size());
+    problem->switching(problem->info().q0.data(), problem->info().v0.data(), psi.data());
+    for (const double x : psi) formulas.push_back(fmt::format("{}", x));
+    if (n == 0) first = formulas;
+    EXPECT_EQ(formulas, first);
+  }
+}
+
 // --- Gaps with corners and jumps ------------------------------------------------------------------------------------
 
 std::string block(const std::string& gap, double v, double T, double e = 0) {
@@ -301,6 +326,25 @@ TEST(Regions, DerivativesPassCornersAndJumps) {
         EXPECT_NEAR(s.dv(0, column), (up.v[0] - down.v[0]) / (2 * h), 3e-5) << force << ' ' << method << names[j];
       }
     }
+  }
+}
+
+TEST(Regions, DerivativesByParametersOfTheStart) {  // which later pieces do not start with
+  const std::string scene = R"json({"params": {"x": "0.3"}, "q0": ["x"], "v0": ["-2*x"], "T": 1.4, "M": [[1]],
+      "f": ["-30*max(q[0],0)-9*min(q[0],0)+x"], "contacts": [{"name": "far", "gap": "q[0]+1000", "e": 0.5}]})json";
+  const auto problem = read_scene_text(scene, "scene");
+  for (const char* method : {"fesd_adaptive:radau-iia:4", "event_driven"}) {
+    Settings settings;
+    settings.tolerance = 1e-12;
+    settings.sensitivities = {"param:x"};
+    const auto m = make_method(method);
+    const Solution s = m->solve(*problem, settings);
+    settings.sensitivities.clear();
+    const auto variable = find_variable(problem->info(), "param:x");
+    const Solution up = m->solve(*with_value(*problem, variable, 0.3 + 1e-5), settings),
+                   down = m->solve(*with_value(*problem, variable, 0.3 - 1e-5), settings);
+    EXPECT_NEAR(s.dq(0, 0), (up.q[0] - down.q[0]) / 2e-5, 1e-6) << method;
+    EXPECT_NEAR(s.dv(0, 0), (up.v[0] - down.v[0]) / 2e-5, 1e-5) << method;
   }
 }
 
