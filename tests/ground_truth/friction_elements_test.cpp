@@ -104,6 +104,18 @@ TEST(FrictionElements, JumpOfTheForceIsOne) {
   }
 }
 
+/// The bound bends where the slip reverses. Half swings about F/k and -F/k are damped by 0.3 v: r of the distance remains.
+TEST(FrictionElements, BoundMayBend) {
+  const auto problem = parsed_elements(R"~({"q0": ["1.05"], "v0": ["0"], "T": "6", "M": [["1"]], "f": ["-10*q[0]"],
+    "friction": [{"name": "hinge", "Jt": [["1"]], "bound": "1+0.3*abs(v[0])"}]})~");
+  const double r = std::exp(-0.15 * std::numbers::pi / std::sqrt(10 - 0.15 * 0.15));
+  double size = 1.05, sign = 1;
+  for (; size > 0.1; sign = -sign) size = (size - 0.1) * r - 0.1;
+  expect_element_end(*problem,
+                     {{"fesd_adaptive:radau-iia:4", 0, 1e-12, 1e-10}, kExactElementRuns[2], kExactElementRuns[3]},
+                     Vector::Constant(1, sign * size), Vector::Zero(1));
+}
+
 TEST(FrictionElements, JumpMayBeUnequalOnBothSides) {
   // v' = -1.5 -+ 0.5 from v = 1: down to zero in 1/2 s, and then below; the mean -1.5 exceeds the bound 0.5.
   const auto problem =
