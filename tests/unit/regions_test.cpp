@@ -42,6 +42,12 @@ TEST(Regions, SharedArgumentsGiveOneFunction) {
   EXPECT_EQ(std::ranges::count_if(switches, &SwitchInfo::is_of_time), 1);
 }
 
+TEST(Regions, ArgumentsWithDecimalsAreFound) {
+  for (const char* force : {"max(0,0.3*(q[0]-0.5))", "abs(0.1*(q[0]-0.7*v[0]))", "min(0.7*q[0]-0.1, 0.3*(q[0]+0.2))",
+                            "sign(0.3-0.1*q[0])+abs(0.1*q[0]-0.3)", "if(0.2*q[0]<1.1*v[0]**2,1,2)"})
+    EXPECT_FALSE(read_scene_text(mass(force, 1, 0, 1), "scene")->info().switches.empty()) << force;
+}
+
 TEST(Regions, SmoothScenesHaveNone) {
   EXPECT_TRUE(read_scene_text(mass("-sin(q[0])", 1, 0, 1), "scene")->info().switches.empty());
   const std::string with_parameter =
