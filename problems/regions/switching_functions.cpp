@@ -102,7 +102,10 @@ class Branches {
       if (opposite.is_equal(found_.functions[k])) return -ex(found_.signs[k]);
     }
     for (std::size_t k = 0; k < found_.functions.size(); ++k) {
-      const ex ratio = (x / found_.functions[k]).normal();
+      const ex& psi = found_.functions[k];
+      if (x.is_equal(psi)) return found_.signs[k];
+      if ((-x).is_equal(psi)) return -ex(found_.signs[k]);  // normal() does not cancel sums of decimals
+      const ex ratio = (x / psi).normal();
       if (!GiNaC::is_a<GiNaC::numeric>(ratio) || ratio.is_zero()) continue;
       return GiNaC::ex_to<GiNaC::numeric>(ratio).is_positive() ? ex(found_.signs[k]) : -ex(found_.signs[k]);
     }
