@@ -140,6 +140,7 @@ bool HybridMotion::may_collapse_with_another(int i) {
 std::optional<int> HybridMotion::neighbour_of(int i) {
   const double tiny = std::pow(10., -options_.digits);
   std::optional<int> neighbour;
+  if (!scene_.borders.empty()) return neighbour;
   taylor_.load(set_.box(), t_);
   for (int j = 0; j < scene_.n_c(); ++j) {
     if (j == i || states_.modes[j] != Mode::open) continue;

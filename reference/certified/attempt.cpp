@@ -6,7 +6,7 @@
 #include <exception>
 #include <memory>
 
-#include "reference/certified/hybrid_motion.h"
+#include "reference/certified/motion_by_regions.h"
 
 namespace ricochet::reference::certified {
 namespace {
@@ -41,7 +41,6 @@ Attempt attempt(const Problem& problem, const Options& options, const TimeLimit&
   Attempt result;
   const int order = std::max(kLeastOrder, static_cast<int>(options.order_per_bit * static_cast<double>(options.bits)));
   const Precision precision{static_cast<slong>(options.bits), order};
-  SeriesProgram program(precision);
   const auto stop = [&](const std::string& reason) {
     result.motion.grade = Grade::open;
     result.motion.reason = reason;
@@ -54,23 +53,28 @@ Attempt attempt(const Problem& problem, const Options& options, const TimeLimit&
   };
   try {
     std::unique_ptr<Sensitivities> sensitivities;
-    if (options.with_sensitivities && cut == 0) {
+    const bool has_regions = !problem.info().switches.empty();
+    if (options.with_sensitivities && cut == 0 && !has_regions) {
       const double left = options.max_seconds - limit.seconds();
       sensitivities =
           std::make_unique<Sensitivities>(problem, options.reading, precision, kShareOfSensitivities * left);
     }
-    HybridMotion motion(scene_formulas(problem, options.reading, program), program, options, limit, cut);
+    MotionByRegions motion(problem, options, precision, limit, cut);
     if (sensitivities) motion.follow(*sensitivities);
+    const auto take = [&] {
+      if (!motion.motion()) return;
+      result.motion = motion.motion()->result();
+      if (has_regions && options.with_sensitivities) result.motion.no_sensitivities = "a formula bends or jumps";
+      result.log10_radius = motion.motion()->log10_radius();
+    };
     const auto end = [&](const std::string& reason) {
-      result.motion = motion.result();
-      result.log10_radius = motion.log10_radius();
-      result.accumulates = motion.impacts_accumulate();
+      take();
+      if (motion.motion()) result.accumulates = motion.motion()->impacts_accumulate();
       stop(reason);
     };
     try {
       motion.run();
-      result.motion = motion.result();
-      result.log10_radius = motion.log10_radius();
+      take();
     } catch (const Undecided& error) {
       result.is_undecided = true;
       end(error.what());

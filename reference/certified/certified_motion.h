@@ -51,10 +51,10 @@ struct CertifiedNumber {
 
 /// An event of the motion.
 struct CertifiedEvent {
-  std::string kind;                ///< impact, detach, slip_to_stick, stick_to_slip, slip_reversal, slip_end, zeno_end
-  std::string contact;             ///< name of the contact that caused it
-  CertifiedNumber time;            ///< [s]
-  std::vector<std::string> modes;  ///< of all contacts after it: open, closed, stick, slip+, slip-, slip
+  std::string kind;      ///< impact, detach, slip_to_stick, stick_to_slip, slip_reversal, slip_end, zeno_end, border
+  std::string contact;   ///< name of the contact that caused it; of a border its psi_k
+  CertifiedNumber time;  ///< [s]
+  std::vector<std::string> modes;         ///< of all contacts after it: open, closed, stick, slip+, slip-, slip
   std::vector<CertifiedNumber> Lambda_n;  ///< impulses of all contacts, of an impact [N s]
   Grade grade = Grade::proven;            ///< of the motion up to here
 };

@@ -13,6 +13,7 @@ void ContactStates::moved() {
   std::ranges::fill(vanishing_slip, 0);
   std::ranges::fill(gap_is_bounded_only, 0);
   std::ranges::fill(sticks_at_limit, 0);
+  vanishing_border.clear();
   starting.clear();
 }
 

@@ -16,9 +16,10 @@ namespace ricochet::reference::certified {
 /// The contacts at one time. A gap or slip velocity that is zero for a reason has leading coefficients that vanish
 /// exactly; they are left out of its series.
 struct ContactStates {
-  std::vector<Mode> modes;          ///< of all contacts
-  std::vector<int> vanishing_gap;   ///< leading coefficients of the gap that are zero
-  std::vector<int> vanishing_slip;  ///< of the planar slip velocity
+  std::vector<Mode> modes;              ///< of all contacts
+  std::vector<int> vanishing_gap;       ///< leading coefficients of the gap that are zero
+  std::vector<int> vanishing_slip;      ///< of the planar slip velocity
+  std::map<int, int> vanishing_border;  ///< of the function of a border
   /// The gap is at least what remains without its first coefficient, as after impacts within one time ball. No root may
   /// be looked for in this step.
   std::vector<char> gap_is_bounded_only;

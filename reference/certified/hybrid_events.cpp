@@ -5,6 +5,10 @@
 namespace ricochet::reference::certified {
 
 void HybridMotion::handle(const EventFunction& event) {
+  if (event.kind == EventKind::border) {
+    reach_border(event.border);
+    return;
+  }
   const std::string& contact = scene_.contacts[event.contact].name;
   if (sensitivities_) sensitivities_->reach(event, set_.box(), t_);
   switch (event.kind) {
@@ -16,6 +20,7 @@ void HybridMotion::handle(const EventFunction& event) {
       const ImpactOutcome outcome = decisions_.close_gaps(x, t_, {event.contact}, states_);
       if (sensitivities_) sensitivities_->strike(set_.box(), t_, event.contact, before, candidates, outcome.modes);
       keep_impact(std::move(x), outcome, contact);
+      if (leaves_region()) return;
       if (cut_ > 0)
         pass_group_collapse(event.contact);  // a window, which is proven, would be wider than what is taken as zero
       else if (const auto neighbour = neighbour_of(event.contact))
@@ -34,6 +39,8 @@ void HybridMotion::handle(const EventFunction& event) {
     case EventKind::cone:
       decisions_.begin_slip(set_.box(), t_, event, states_);
       record("stick_to_slip", contact);
+      break;
+    case EventKind::border:
       break;
   }
   begin_motion();

@@ -63,6 +63,7 @@ HybridMotion::HybridMotion(SceneFormulas formulas, SeriesProgram& program, const
       states_(scene_.n_c()) {
   result_.grade = Grade::proven;
   if (options.with_steps) taylor_.leave_room(kRemainderRoom);
+  if (!scene_.borders.empty()) result_.no_certificate = "a formula bends or jumps";
 }
 
 void HybridMotion::assume(const std::string& what) {
@@ -83,6 +84,7 @@ void HybridMotion::refuse_sensitivities(const std::string& reason) {
 }
 
 void HybridMotion::begin() {
+  has_begun_ = true;
   std::vector<Ball> x = set_.box();
   taylor_.load(x, t_);
   const StartingContacts start = decisions_.contacts_at_start(states_);
@@ -94,6 +96,7 @@ void HybridMotion::begin() {
     refuse_sensitivities("an impact at t = 0");
     const ImpactOutcome outcome = decisions_.strike(x, t_, start.candidates(), start.closed(scene_.n_c()), states_);
     keep_impact(std::move(x), outcome, scene_.contacts[start.hit.front()].name);
+    if (leaves_region()) return;
   }
   begin_motion();
 }
@@ -140,8 +143,8 @@ void HybridMotion::run_to_end() {
     for (const Ball& x : set_.box()) worst = std::max(worst, x.log10_radius());
     return worst + static_cast<double>(p_.precision().bits) * std::log10(2.0);
   };
-  begin();
-  for (bool is_last = false; !is_last;) {
+  if (!has_begun_) begin();
+  for (bool is_last = false; !is_last && !exit_;) {
     limit_.check();
     for (const Ball& x : set_.box()) {
       if (!(x.log10_radius() < kWidest))
@@ -174,6 +177,7 @@ void HybridMotion::run_to_end() {
       handle(EventFunction(motion_.events[step.reached.front()]));
   }
   require_bounds(scene_, states_.modes);
+  if (exit_) return;
   leave_room();
   if (sensitivities_) sensitivities_->finish(set_.box(), t_);
 }
@@ -279,6 +283,7 @@ bool HybridMotion::try_step(double h, Step& step, std::string& reason) {
 
 std::string HybridMotion::name_of_event(const EventFunction& event) const {
   static const char* const names[] = {"impact", "detach", "end of slip", "friction limit"};
+  if (event.kind == EventKind::border) return fmt::format("{} = 0", scene_.borders[event.border].formula);
   return fmt::format("{} of {}", names[static_cast<int>(event.kind)], scene_.contacts[event.contact].name);
 }
 
@@ -290,6 +295,7 @@ bool HybridMotion::find_events(double h, const Ball& end, Step& step, std::strin
     int vanishing = event.kind == EventKind::impact     ? states_.vanishing_gap[event.contact]
                     : event.kind == EventKind::slip_end ? states_.vanishing_slip[event.contact]
                     : event.kind == EventKind::cone     ? states_.sticks_at_limit[event.contact]
+                    : event.kind == EventKind::border   ? states_.vanishing_border[event.border]
                                                         : 0;
     const int expected = vanishing;
     vanishing = p_.leading(event.node, vanishing, p_.precision().order);

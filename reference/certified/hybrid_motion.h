@@ -25,7 +25,26 @@ class HybridMotion {
   /// Lets `sensitivities` follow the motion. They must outlive it.
   void follow(Sensitivities& sensitivities) { sensitivities_ = &sensitivities; }
 
-  /// Runs to the end time. @throws Undecided, Unsupported, OutOfTime, with what is enclosed until then in result()
+  // Regions (borders.cpp), of scenes whose formulas bend or jump; motion_by_regions.h puts them together.
+
+  /// Borders whose function is negative at the present state. @param but  those that are zero there
+  /// @throws Undecided if another one may be zero
+  std::vector<int> borders_left(const std::vector<int>& but);
+  /// Begins at t = 0, where the functions of the borders `zero` vanish. @returns their signs just after
+  /// @throws Undecided, Unsupported
+  std::vector<Sign> begin_on_borders(const std::vector<int>& zero);
+  /// Takes state, time and events of a motion that has left its region.
+  void place_at(const HybridMotion& before);
+  /// Continues it in this region, after place_at(). @throws Undecided, Unsupported
+  void enter(HybridMotion& before);
+  /// How run() ended before the end time: at a border.
+  struct Exit {
+    int border = -1;           ///< it is reached; -1: an impact has changed signs
+    std::vector<int> changed;  ///< borders whose sign changes
+  };
+  const std::optional<Exit>& exit() const { return exit_; }  ///< Nothing at the end time.
+
+  /// Runs to the end time or to a border. @throws Undecided, Unsupported, OutOfTime, with what is enclosed until then in result()
   void run();
   /// State, events, grade and statistics, with decimal numbers.
   CertifiedMotion result() const;
@@ -47,6 +66,10 @@ class HybridMotion {
 
   void run_to_end();
   void begin();
+  bool leaves_region();
+  void reach_border(int border);
+  void change_contacts(const HybridMotion& before, std::vector<int>& slip_sign, std::vector<int>& hit);
+  void strike_corner(HybridMotion& before, const std::vector<int>& hit);
   void assume(const std::string& what);
   void take_as_zero(const std::string& what);
   void refuse_sensitivities(const std::string& reason);
@@ -133,6 +156,8 @@ class HybridMotion {
   ContactStates states_;
   Sensitivities* sensitivities_ = nullptr;
   ModeMotion motion_;
+  bool has_begun_ = false;
+  std::optional<Exit> exit_;
   Ball t_;
   int last_impact_ = 0;  ///< contact of the last impact
   CertifiedMotion result_;

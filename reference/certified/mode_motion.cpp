@@ -74,6 +74,8 @@ class ModeEquations {
     for (auto& [contact, start] : motion_.starts) follow_direction(scene_.contacts[contact], start);
     find_equal_velocities();
     for (int i = 0; i < scene_.n_c(); ++i) add_events(i);
+    for (int k = 0; k < std::ssize(scene_.borders); ++k)
+      motion_.events.push_back({.node = scene_.borders[k].function, .kind = EventKind::border, .border = k});
     collect_schedule();
     return std::move(motion_);
   }

@@ -36,16 +36,18 @@ enum class EventKind {
   impact,    ///< an open gap closes
   detach,    ///< a normal force vanishes
   slip_end,  ///< a slip velocity vanishes
-  cone       ///< a sticking force reaches the friction cone
+  cone,      ///< a sticking force reaches the friction cone
+  border     ///< the motion reaches a border of its region
 };
 
 /// A function that is positive until its event.
 struct EventFunction {
   Node node = -1;
   EventKind kind = EventKind::impact;
-  int contact = -1;
+  int contact = -1;            ///< of all kinds but border
   int side = 1;                ///< cone: sign of lambda_t
   std::vector<int> with = {};  ///< slip_end: other contacts with the same slip velocity
+  int border = -1;             ///< border: index in SceneFormulas::borders
 };
 
 /// An unknown of the equations: a contact, and a tangent direction or -1 for the normal.

@@ -3,6 +3,8 @@
 #include <fmt/format.h>
 #include <ginac/ginac.h>
 
+#include <algorithm>
+#include <functional>
 #include <map>
 #include <memory>
 
@@ -11,6 +13,18 @@
 #include "problems/derivatives/symbolic_problem.h"
 
 namespace ricochet::reference::certified {
+
+/// Exact formulas of a region. Those of another region of the same problem have the same symbols.
+struct RegionFormulas {
+  struct Contact {
+    GiNaC::ex gap;
+    std::vector<GiNaC::ex> directions;  ///< tangents and drives
+  };
+  std::vector<GiNaC::ex> mass;
+  std::vector<Contact> contacts;
+  std::vector<GiNaC::ex> functions;  ///< psi_k
+};
+
 namespace {
 
 using GiNaC::ex;
@@ -257,6 +271,7 @@ class SceneTranslation {
     read_start();
     read_dynamics();
     for (const auto& contact : model_.contacts) read_contact(contact);
+    if (!model_.region.empty()) read_region();
     return std::move(scene_);
   }
 
@@ -441,6 +456,34 @@ class SceneTranslation {
     scene_.contacts.push_back(std::move(contact));
   }
 
+  void read_region() {
+    const auto has_one = [](const ex& e, const std::vector<GiNaC::symbol>& symbols) {
+      return std::ranges::any_of(symbols, [&](const auto& symbol) { return e.has(symbol); });
+    };
+    const auto formulas = std::make_shared<RegionFormulas>();
+    for (std::size_t k = 0; k < model_.region.size(); ++k) {
+      const ex psi = exact(model_.switching[k]);
+      formulas->functions.push_back(psi);
+      scene_.borders.push_back({.formula = printed(model_.switching[k]),
+                                .function = translate_(model_.region[k] * psi),
+                                .is_zero = is_zero_at_start(psi),
+                                .has_place = has_one(psi, model_.q),
+                                .has_speed = has_one(psi, model_.v)});
+    }
+    for (const auto& row : model_.mass) {
+      for (const ex& entry : row) formulas->mass.push_back(exact(entry));
+    }
+    for (const auto& stated : model_.contacts) {
+      RegionFormulas::Contact contact{exact(stated.gap), {}};
+      for (const auto& direction : stated.tangents) {
+        for (const ex& entry : direction) contact.directions.push_back(exact(entry));
+      }
+      for (const ex& drive : stated.drives) contact.directions.push_back(exact(drive));
+      formulas->contacts.push_back(std::move(contact));
+    }
+    scene_.region = formulas;
+  }
+
   void read_opposite_slopes(const ex& gap, ContactFormulas& contact) const {
     std::vector<int> support;
     for (int k = 0; k < scene_.n; ++k) {
@@ -481,6 +524,34 @@ SceneFormulas scene_formulas(const Problem& problem, Reading reading, SeriesProg
     return translation->stays_zero(contact, variable, with_v_n, with_v_t);
   };
   return scene;
+}
+
+RegionChange change_between(const SceneFormulas& one, const SceneFormulas& other, int border) {
+  const RegionFormulas &a = *one.region, &b = *other.region;
+  const auto differ = [](const ex& e, const ex& f) { return !(e - f).expand().is_zero(); };
+  const auto are_same = [&](const std::vector<ex>& x, const std::vector<ex>& y) {
+    return std::ranges::equal(x, y, std::not_fn(differ));
+  };
+  // e - f = p psi_k^m, where p has no denominator, is zero where psi_k is, and so is its gradient if m > 1.
+  const auto are_same_to = [&](int m, const ex& e, const ex& f) {
+    if (!differ(e, f)) return true;
+    if (border < 0) return false;
+    const ex ratio = ((e - f) / pow(a.functions[static_cast<std::size_t>(border)], m)).normal();
+    return GiNaC::is_a<numeric>(ratio.denom());
+  };
+  RegionChange change;
+  change.same_mass_everywhere = are_same(a.mass, b.mass);
+  for (std::size_t i = 0; i < a.contacts.size(); ++i) {
+    const RegionFormulas::Contact &x = a.contacts[i], &y = b.contacts[i];
+    RegionChange::OfContact contact;
+    contact.same_everywhere = !differ(x.gap, y.gap) && are_same(x.directions, y.directions);
+    contact.same_gap = are_same_to(1, x.gap, y.gap);
+    contact.same_slope = are_same_to(2, x.gap, y.gap);
+    contact.same_directions =
+        std::ranges::equal(x.directions, y.directions, [&](const ex& e, const ex& f) { return are_same_to(1, e, f); });
+    change.contacts.push_back(contact);
+  }
+  return change;
 }
 
 }  // namespace ricochet::reference::certified

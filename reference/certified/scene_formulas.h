@@ -1,6 +1,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <stdexcept>
 #include <string>
 #include <vector>
@@ -53,6 +54,29 @@ struct ContactPair {
   bool same_restitution = false;  ///< eps_r is the same number
 };
 
+/// A border of the region of a scene: psi_k = 0 (problems/regions/switching_functions.h).
+struct Border {
+  std::string formula;     ///< psi_k as text
+  Node function = -1;      ///< sigma_k psi_k, which is positive in the region
+  bool is_zero = false;    ///< at t = 0, proven by formulas
+  bool has_place = false;  ///< psi_k depends on q
+  bool has_speed = false;  ///< psi_k depends on v
+};
+
+struct RegionFormulas;  // scene_formulas.cpp
+
+/// What differs between two regions, by their formulas, everywhere or on the border psi_k = 0 between them.
+struct RegionChange {
+  struct OfContact {
+    bool same_everywhere = true;  ///< gap, tangents and drives
+    bool same_gap = true;         ///< on the border
+    bool same_slope = true;       ///< gap and J_n on the border
+    bool same_directions = true;  ///< tangents and drives on the border
+  };
+  std::vector<OfContact> contacts;
+  bool same_mass_everywhere = true;
+};
+
 /// The equations M(q) v' = f(q, v, t) + contact forces, with the control in f. Time is a variable, the clock.
 struct SceneFormulas {
   int n = 0;                         ///< coordinates, without a clock
@@ -62,8 +86,10 @@ struct SceneFormulas {
   std::vector<std::vector<Node>> M;  ///< n rows of n
   std::vector<Node> f;               ///< n
   std::vector<ContactFormulas> contacts;
-  std::vector<Ball> start;  ///< q0, then v0
-  Ball end_time;            ///< [s]
+  std::vector<Border> borders;                   ///< of a region, n_s; else none
+  std::shared_ptr<const RegionFormulas> region;  ///< for change_between()
+  std::vector<Ball> start;                       ///< q0, then v0
+  Ball end_time;                                 ///< [s]
   // Of scenes whose parameters are variables; empty otherwise.
   std::vector<Node> parameters;      ///< in the order of ProblemInfo::parameters
   std::vector<Ball> values;          ///< of the parameters
@@ -83,5 +109,8 @@ struct SceneFormulas {
 /// @param parameters_vary  the parameters are variables of the program, for derivatives
 SceneFormulas scene_formulas(const Problem& problem, Reading reading, SeriesProgram& program,
                              bool parameters_vary = false);
+
+/// What differs between two regions of one scene. @param border  k of the border between them; -1: none
+RegionChange change_between(const SceneFormulas& one, const SceneFormulas& other, int border);
 
 }  // namespace ricochet::reference::certified

@@ -59,6 +59,7 @@ void HybridMotion::handle_tied_impacts(const Step& step) {
   keep_impact(std::move(x), outcome, scene_.contacts[hit.front()].name);
   last_impact_ = hit.front();
   result_.no_certificate = "impacts at exactly the same time";
+  if (leaves_region()) return;
   pass_group_collapse(hit.front());
   begin_motion();
 }

@@ -77,8 +77,8 @@ class TruthEvent:
     t: float
     t_text: str
     t_radius: float
-    kind: str  #: impact, detach, slip_to_stick, stick_to_slip, slip_reversal, slip_end or zeno_end
-    name: str  #: of the contact
+    kind: str  #: impact, detach, slip_to_stick, stick_to_slip, slip_reversal, slip_end, zeno_end or border
+    name: str  #: of the contact; of a border its formula
     modes: Sequence[str]  #: of all contacts after it
     Lambda_n: np.ndarray  #: impulses of all contacts of an impact [N s], as floats; else empty
     grade: str  #: of the motion up to here
