@@ -370,8 +370,6 @@ TEST(CertifiedMotion, WideWindowsOfImpactsContainTheMotion) {
 /// What is not proven says why.
 TEST(CertifiedMotion, OpenMotionsStateTheirReason) {
   const std::pair<std::string, const char*> scenes[] = {
-      {point_mass("-abs(v[0])", "0", "1", "1"), "a formula bends or jumps: magnitude"},
-      {point_mass("if(q[0] > 0, 1, 2)", "0", "1", "1"), "a formula bends or jumps: choose"},
       {point_mass("sin(1)**2+cos(1)**2-1", "0", "0", "1", R"([{"name": "floor", "gap": "q[0]"}])"), "modes: "},
       {R"({"q0": ["0.1"], "v0": ["-1"], "T": "1", "M": [["1"]], "f": ["0"], "impact_law": "poisson",
            "contacts": [{"name": "wall", "gap": "q[0]", "e": "1"}]})",
