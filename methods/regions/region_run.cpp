@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <chrono>
 #include <cmath>
@@ -23,6 +24,7 @@ constexpr int kMostLocations = 60;     // runs that locate one border
 constexpr int kSpans = 64;             // of the run, in which zeros of functions of time are searched first
 constexpr double kShortest = 1e-15;    // of the run: what time can resolve
 constexpr double kOutside = 1e-12;     // of the terms of another psi_j, beyond its border
+constexpr double kDrift = 1e-6;        // of gaps and rates of closed contacts, relative
 constexpr double kEdge = 1e-3;         // of the bracket: a root so near its end may lie beyond it
 constexpr double kSmooth = 1e-12;      // jump of an acceleration that is rounding, relative
 constexpr double kPenetration = 1e-6;  // of a gap that jumps below zero, relative to 1 + |q|
@@ -161,9 +163,31 @@ double RegionRun::next_time_switch() const {
   return next;
 }
 
+/// Moves the state to the surfaces of contacts that are closed, in the norm of M: what they have drifted by, within the
+/// tolerance, would be a flight at the start of a run.
+void RegionRun::hold_closed(const Problem& here) {
+  if (modes_.empty()) return;
+  const Vector gap = here.gap(q_);
+  const Matrix J = here.normal_jacobian(q_), MJ = here.force_directions(J);
+  const Vector size = J.cwiseAbs().transpose() * (1 + q_.array().abs()).matrix(),
+               speed = J.cwiseAbs().transpose() * (1 + v_.array().abs()).matrix(), rate = J.transpose() * v_;
+  std::vector<Eigen::Index> held;
+  for (int i = 0; i < problem_.n_c(); ++i) {
+    if (is_closed(modes_[i]) && std::abs(gap[i]) <= kDrift * size[i] && std::abs(rate[i]) <= kDrift * speed[i])
+      held.push_back(i);
+  }
+  if (held.empty()) return;
+  const Matrix J_held = J(Eigen::all, held);
+  const Matrix W = CholeskyFactors(here.mass_matrix(q_)).solve_columns(MJ(Eigen::all, held));
+  const Eigen::CompleteOrthogonalDecomposition<Matrix> G(J_held.transpose() * W);
+  q_ -= W * G.solve(Vector(gap(held)));
+  v_ -= W * G.solve(Vector(rate(held)));
+}
+
 /// One run of the method from the present state.
 Solution RegionRun::run(double length, int steps, bool stays) {
   Region& here = region(signs_);
+  hold_closed(*here.problem);
   here.problem->set_initial_state(q_, v_);
   here.problem->set_end_time(length);
   Settings settings = settings_;

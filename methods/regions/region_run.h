@@ -50,6 +50,7 @@ class RegionRun {
 
   Region& region(const std::vector<int>& signs);
   void begin();
+  void hold_closed(const Problem& here);
   Solution run(double length, int steps, bool stays);
   void take(Solution&& piece);
   double next_time_switch() const;

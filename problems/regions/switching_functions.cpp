@@ -96,11 +96,6 @@ class Branches {
 
   /// The sign of `x` in terms of those that are known: x = c psi_k with a number c.
   std::optional<ex> sign_of(const ex& x) const {
-    const ex opposite = -x;
-    for (std::size_t k = 0; k < found_.functions.size(); ++k) {  // floats do not always cancel in a ratio
-      if (x.is_equal(found_.functions[k])) return found_.signs[k];
-      if (opposite.is_equal(found_.functions[k])) return -ex(found_.signs[k]);
-    }
     for (std::size_t k = 0; k < found_.functions.size(); ++k) {
       const ex& psi = found_.functions[k];
       if (x.is_equal(psi)) return found_.signs[k];
