@@ -225,7 +225,8 @@ Solution EventLocatedRun::run() {
       }
     }
   }
-  if (solution.succeeded() && problem_.info().has_bilateral()) {
+  const bool goes_on = !problem_.info().region.empty();  // in another region, where drift would be a flight
+  if (solution.succeeded() && (problem_.info().has_bilateral() || goes_on)) {
     std::vector<char> rests(dynamics_.modes().size(), false);
     for (const int i : dynamics_.closed()) rests[i] = dynamics_.modes()[i] == ContactMode::stick;
     ContactLaws(problem_, scales_).project(solution.q, solution.v, dynamics_.closed(), dynamics_.closed(), rests);
