@@ -54,8 +54,8 @@ struct MethodInfo {
   bool keeps_samples = true;       ///< reads Recording::grid; an integrator with steps of its own may not
   /// Impact laws that it supports; it declines scenes with another law.
   std::vector<ImpactHypothesis> impact_laws{ImpactHypothesis::newton};
-  /// It ends runs where they leave their region, and follows formulas that bend or jump region by region (RegionRun). Other
-  /// methods evaluate the branch that holds at each point.
+  /// It ends runs where they leave their region, and follows formulas that bend or jump region by region (RegionRun).
+  /// Other methods evaluate the branch that holds at each point.
   bool has_regions = false;
   /// A step allocates no memory: what a run allocates depends on its events, not on its steps.
   bool is_allocation_free = false;
@@ -94,8 +94,8 @@ class Method {
   /// Whether it can run `problem`, or why not: checks the impact law, as for all methods, then supports().
   Support can_run(const ProblemInfo& problem) const;
 
-  /// Integrates `problem` from t = 0 to end_time, as `settings` say. Numerical failure is a status with a message and the
-  /// state reached so far.
+  /// Integrates `problem` from t = 0 to end_time, as `settings` say. Numerical failure is a status with a message and
+  /// the state reached so far.
   /// @throws InputError for settings out of range, or a problem that can_run() declines
   Solution solve(const Problem& problem, const Settings& settings) const;
 

@@ -40,7 +40,7 @@ class Motion {
   template <class State>
   void add(double begin, double end, int degree, const State& state);
 
-  /// Appends all pieces of another motion, `shift` later [s].
+  /// Appends all pieces of another motion `other`, `shift` later [s].
   void append(const Motion& other, double shift);
 
   bool empty() const { return pieces_.empty(); }                             ///< Whether nothing was recorded.

@@ -172,7 +172,7 @@ class Problem {
   const Vector& stated_q0() const { return stated_q0_.size() ? stated_q0_ : info_.q0; }  ///< Before it was replaced.
   const Vector& stated_v0() const { return stated_v0_.size() ? stated_v0_ : info_.v0; }  ///< Before it was replaced.
 
-  /// Replaces the end time [s]. Not validated. Do not call while a method runs.
+  /// Replaces the `end_time` [s]. Not validated. Do not call while a method runs.
   void set_end_time(double end_time) { info_.end_time = end_time; }
   /// Replaces the impact law. Not validated. Do not call while a method runs.
   void set_impact_law(ImpactLaw law) { info_.impact_law = std::move(law); }
@@ -263,7 +263,8 @@ class Problem {
   virtual void switching_derivative([[maybe_unused]] const double* q, [[maybe_unused]] const double* v,
                                     [[maybe_unused]] double* D) const {}
   /// The problem of one region: every formula is smooth, and is that of the `signs` (n_s, each 1 or -1) everywhere.
-  /// Takes milliseconds, and formulas_mutex() to make and to destroy it. Null if the problem has no switching functions.
+  /// Takes milliseconds, and formulas_mutex() to make and to destroy it. Null if the problem has no switching
+  /// functions.
   virtual std::unique_ptr<Problem> in_region([[maybe_unused]] std::span<const int> signs) const { return nullptr; }
 
   /// The scene as formulas, which can be varied, written and proven; null where it has none.

@@ -145,8 +145,8 @@ struct Residual {
   std::int64_t impossible = 0;  ///< points at which the equation has no solution whatever its unknowns; not in `value`
 };
 
-/// Where a run has left its region, as times from the begin of the step that leaves it, which is not part of the run. If
-/// both are equal, v jumps there.
+/// Where a run has left its region, as times from the begin of the step that leaves it, which is not part of the run.
+/// If both are equal, v jumps there.
 struct RegionExit {
   int function = -1;       ///< psi_k; -1: it has stayed there
   double inside = 0;       ///< [s], before the border
@@ -183,9 +183,10 @@ struct Solution {
   bool succeeded() const { return status == Status::success; }  ///< The end time was reached.
 };
 
-/// Ends a successful run of `problem` with Status::infeasible if the bound F of a friction element became negative, so
-/// that it has no motion from there on. The element's coordinate z, problem.h (8), has risen then: it is positive at the
-/// end, or an event tells that the element opened, or that z falls on its support. With the events, no time is missed.
+/// Ends the `solution`, a successful run of `problem`, with Status::infeasible if the bound F of a friction element
+/// became negative, so that it has no motion from there on. The element's coordinate z, problem.h (8), has risen then:
+/// it is positive at the end, or an event tells that the element opened, or that z falls on its support. With the
+/// events, no time is missed.
 /// @param h  fixed step length of the method: within two steps F may move z, z' < 4 h |F|; 0: it locates events
 void fail_where_bound_is_negative(const Problem& problem, double h, Solution& solution);
 

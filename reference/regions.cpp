@@ -55,8 +55,8 @@ Vector functions_at(const Problem& problem, const Vector& q, const Vector& v) {
   return psi;
 }
 
-/// Sorted times at which functions of time alone change their sign, from the begin of the run [s]. A span that may have a
-/// zero by bounds is divided until it is shorter than what kTimeShare resolves.
+/// Sorted times at which functions of time alone change their sign, from the begin of the run [s]. A span that may
+/// have a zero by bounds is divided until it is shorter than what kTimeShare resolves.
 std::vector<double> time_switches(const Problem& problem) {
   const ProblemInfo& info = problem.info();
   std::vector<double> times;

@@ -8,7 +8,7 @@ namespace ricochet {
 
 /// Watches whether the steps of a run stay in their region: with the signs sigma_k of ProblemInfo::region,
 ///
-///     sigma_k psi_k(q, v) >= -delta_k,   delta_k = max(1e-12, tolerance / 100) sum_j |d psi_k / dx_j| (1 + |x_j|)     (1)
+///     sigma_k psi_k(q, v) >= -delta_k,   delta_k = max(1e-12, tolerance / 100) sum_j |d psi_k / dx_j| (1 + |x_j|)  (1)
 ///
 /// at 16 points of each step, x = (q, v). The threshold keeps bodies at rest, for which psi_k is a rounded zero, where
 /// they are. The border itself is located by RegionRun.

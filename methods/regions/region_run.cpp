@@ -108,8 +108,8 @@ void RegionRun::begin() {
   }
 }
 
-/// The first zero of a function of time after `from`, up to `to` [s] of the clock; `to` if there is none. Spans are divided
-/// until bounds exclude a zero, so that none is missed.
+/// The first zero of a function of time after `from`, up to `to` [s] of the clock; `to` if there is none. Spans are
+/// divided until bounds exclude a zero, so that none is missed.
 double RegionRun::first_zero(int k, double from, double to) const {
   const int clock = problem_.info().clock;
   Vector q = q_, psi(static_cast<Eigen::Index>(signs_.size()));

@@ -9,8 +9,8 @@
 
 namespace ricochet {
 
-/// A run of a scene whose formulas bend or jump (problems/regions/switching_functions.h), region by region. A method sees
-/// one smooth region at a time, and ends its run where a step leaves it (RegionBorder). Then:
+/// A run of a scene whose formulas bend or jump (problems/regions/switching_functions.h), region by region. A method
+/// sees one smooth region at a time, and ends its run where a step leaves it (RegionBorder). Then:
 ///
 /// (a) The border is located by runs of the method itself from the begin of that step: the length h with
 ///
@@ -21,10 +21,12 @@ namespace ricochet {
 /// (b) Zeros of functions of the time alone are computed before the run, and runs end there.
 /// (c) At a border sigma_k changes, and the next run begins with the state there: contacts whose gap has a corner open,
 ///     close or are hit as at any start. If an impact makes psi_k jump, the region changes with it.
-/// (d) If the motion comes back at once, and again, it slides on psi_k = 0: the run ends with a status that names psi_k.
+/// (d) If the motion comes back at once, and again, it slides on psi_k = 0: the run ends with a status that names
+/// psi_k.
 ///
-/// Derivatives S of x = (q, v) with respect to Settings::sensitivities are chained: those of each run, with respect to its
-/// start and the parameters, times those of its start. Where the acceleration jumps at a border (all contacts open),
+/// Derivatives S of x = (q, v) with respect to Settings::sensitivities are chained: those of each run, with respect to
+/// its start and the parameters, times those of its start. Where the acceleration jumps at a border (all contacts
+/// open),
 ///
 ///         S+ = S- + (x'- - x'+) d tau,   d tau = -(d psi_k/dx S- + d psi_k/dp) / (d psi_k/dt)                     (2)
 ///

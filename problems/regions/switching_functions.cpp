@@ -38,8 +38,8 @@ std::string branch_function(const ex& e) {
   return name == "magnitude" || name == "sign" || name == "choose" ? name : std::string();
 }
 
-/// Replaces branches by signs (2) and collects their arguments (1), innermost first. Those of one level are in canonical
-/// order, which is the same in every run.
+/// Replaces branches by signs (2) and collects their arguments (1), innermost first. Those of one level are in
+/// canonical order, which is the same in every run.
 class Branches {
  public:
   Branches(const SymbolicModel& model, SwitchedModel& found) : model_(model), found_(found) {}

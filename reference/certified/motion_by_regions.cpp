@@ -42,7 +42,8 @@ std::unique_ptr<HybridMotion> MotionByRegions::in(const Signs& signs) {
   return std::make_unique<HybridMotion>(place.scene, place.program, options_, limit_, cut_);
 }
 
-/// Finds the signs at t = 0, one after the other, since psi_k depends on those before it. @returns the borders that are zero
+/// Finds the signs at t = 0, one after the other, since psi_k depends on those before it. @returns the borders that
+/// are zero
 std::vector<int> MotionByRegions::find_start(Signs& signs) {
   std::vector<int> zero;
   for (std::size_t k = 0; k < signs.size(); ++k) {
