@@ -13,7 +13,7 @@ struct PublicReport {
   std::string name, scene;   ///< the path of the scene file
   std::vector<double> q, v;  ///< at the end time, without the clock; empty where the scene has no motion until then
   double tolerance = 0;      ///< to which the answer is known
-  bool has_corners = false;  ///< kinked gaps, forces that jump or bend: shown, judged by a later version
+  bool has_corners = false;  ///< kinked gaps, forces that jump or bend: judged for methods with regions
   std::vector<std::string> must_succeed;  ///< names of methods
 
   bool has_motion() const { return !q.empty(); }
