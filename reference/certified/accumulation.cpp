@@ -65,18 +65,6 @@ struct HybridMotion::Collapse {
 
 namespace {
 
-Ball upper_bound(const Ball& x, slong bits) {
-  Ball bound;
-  arb_get_ubound_arf(arb_midref(bound.get()), x.get(), bits);
-  return bound;
-}
-
-Ball square_root(const Ball& x, slong bits) {
-  Ball root;
-  arb_sqrt(root.get(), x.get(), bits);
-  return root;
-}
-
 /// Whether sticking is the only solution of the law w+ = r + G Lambda, in the plane or in space.
 /// @param force  its Lambda
 bool only_sticks(const BallMatrix& G, const std::vector<Ball>& r, const Ball& mu, const Precision& a,

@@ -77,31 +77,7 @@
 
 namespace ricochet::reference::certified {
 
-Ball upper_bound_of(const Ball& x, slong bits) {
-  Ball bound;
-  arb_get_ubound_arf(arb_midref(bound.get()), x.get(), bits);
-  return bound;
-}
-
-Ball least_size(const Ball& x, slong bits) {
-  Ball least;
-  arb_get_abs_lbound_arf(arb_midref(least.get()), x.get(), bits);
-  return least;
-}
-
-Ball greatest_size(const Ball& x, slong bits) {
-  Ball most;
-  arb_get_abs_ubound_arf(arb_midref(most.get()), x.get(), bits);
-  return most;
-}
-
 namespace {
-
-Ball root_of(const Ball& x, slong bits) {
-  Ball root;
-  arb_sqrt(root.get(), x.get(), bits);
-  return root;
-}
 
 /// u' A u with the sizes of the entries of A, for u >= 0.
 Ball form_of_sizes(const BallMatrix& A, const std::array<Ball, 2>& u, const Precision& a) {
@@ -231,14 +207,14 @@ HybridMotion::PairImpacts HybridMotion::impacts_of_pair(const PairCollapse& pair
     if (std::max(Magnitude(w_k).upper(), Magnitude(w_j).upper()) < least) break;
     if (w_j.sign() != Sign::negative) break;
     const Ball speed = least_size(w_j, bits);
-    const Ball d = upper_bound_of(a.div(a.mul(Ball(2.0), state.g[j]), speed), bits);
+    const Ball d = upper_bound(a.div(a.mul(Ball(2.0), state.g[j]), speed), bits);
     const auto is_small = [&](int i, const Ball& rate) {  // d max|c_i| <= rate / 2
       return arb_le(a.mul(a.mul(Ball(2.0), d), greatest_size(c[i], bits)).get(), rate.get()) != 0;
     };
     const bool opens = w_k.is_zero() ? c[k].sign() == Sign::positive
                                      : w_k.sign() == Sign::positive && is_small(k, least_size(w_k, bits));
     if (!opens || !is_small(j, speed)) break;
-    state.g[k] = upper_bound_of(a.mul(d, a.add(w_k, a.mul(d, greatest_size(c[k], bits)))), bits);
+    state.g[k] = upper_bound(a.mul(d, a.add(w_k, a.mul(d, greatest_size(c[k], bits)))), bits);
     const Ball flight = a.hull(Ball(), d);
     w_k = a.add(w_k, a.mul(flight, c[k]));
     w_j = a.add(w_j, a.mul(flight, c[j]));
@@ -248,7 +224,7 @@ HybridMotion::PairImpacts HybridMotion::impacts_of_pair(const PairCollapse& pair
     w_j = e.is_zero() ? Ball() : a.mul(e, -w_j);
     state.g[j] = Ball();
     state.sums[j] = a.add(state.sums[j], impulse);
-    state.duration = upper_bound_of(a.add(state.duration, d), bits);
+    state.duration = upper_bound(a.add(state.duration, d), bits);
     state.last = j;
   }
   return state;
@@ -274,11 +250,11 @@ bool HybridMotion::load_pair(PairCollapse& pair, const std::vector<const ModeMot
 /// The right-hand sides of (12). @param duration  of the window  @param most  upper bounds of impulses
 void HybridMotion::map_pair(PairCollapse& pair, const Ball& duration, const std::array<Ball, 2>& most) {
   const Precision& a = p_.precision();
-  pair.w = upper_bound_of(duration, a.bits);
+  pair.w = upper_bound(duration, a.bits);
   const Ball window = a.hull(Ball(), pair.w);
   std::array<Ball, 2> within, at_end;
   for (int i = 0; i < 2; ++i) {
-    within[i] = a.hull(Ball(), upper_bound_of(most[i], a.bits));
+    within[i] = a.hull(Ball(), upper_bound(most[i], a.bits));
     at_end[i] = a.mul(window, pair.push[i]);
     for (int k = 0; k < 2; ++k) at_end[i] = a.sub(at_end[i], a.mul(pair.inverse[i][k], pair.w0[k]));
   }
@@ -322,17 +298,17 @@ bool HybridMotion::map_rest_of_two(PairCollapse& pair, double small) {
     for (int k = 0; k < 2; ++k)
       E = a.add(E, a.mul(a.mul(Ball(0.5), pair.inverse[i][k]), a.mul(state.w[i], state.w[k])));
   }
-  E = upper_bound_of(E, bits);
+  E = upper_bound(E, bits);
   if (!is_positive(E)) return false;
-  const Ball speed = root_of(E, bits), kappa = root_of(form_of_sizes(pair.inverse, deviation, a), bits);
+  const Ball speed = square_root(E, bits), kappa = square_root(form_of_sizes(pair.inverse, deviation, a), bits);
   // (4)
   Ball T_1;
   std::array<Ball, 2> y;  // largest |y| of E_0 = 1
   for (int k = 0; k < 2; ++k) {
-    y[k] = root_of(a.mul(two, pair.inverse[k][k]), bits);
+    y[k] = square_root(a.mul(two, pair.inverse[k][k]), bits);
     T_1 = a.add(T_1, a.div(a.mul(Ball(4.0), y[k]), least_size(pair.push[k], bits)));
   }
-  const Ball r = upper_bound_of(a.div(a.mul(kappa, T_1), root_of(two, bits)), bits);
+  const Ball r = upper_bound(a.div(a.mul(kappa, T_1), square_root(two, bits)), bits);
   const Ball drift = a.mul(a.mul(two, r), a.add(one, r));
   if (!is_positive(a.sub(one, r))) return false;
   // (5), (6)
@@ -342,7 +318,7 @@ bool HybridMotion::map_rest_of_two(PairCollapse& pair, double small) {
   const Ball least = least_size(c[n], bits);
   std::array<Ball, 2> f{one, one};
   f[n] = a.div(a.mul(two, greatest_size(c[n], bits)), least);
-  for (int k = 0; k < 2; ++k) f[k] = a.mul(f[k], root_of(pair.G[k][k], bits));
+  for (int k = 0; k < 2; ++k) f[k] = a.mul(f[k], square_root(pair.G[k][k], bits));
   const Ball of_gap = a.div(a.mul(l[n], pair.G[n][n]), least);
   Ball least_b;
   arb_min(least_b.get(), b[0].get(), b[1].get(), bits);
@@ -350,9 +326,9 @@ bool HybridMotion::map_rest_of_two(PairCollapse& pair, double small) {
   // (7), (8)
   const Ball loss = a.div(a.sub(one, drift), a.add(one, K));
   const Ball p = a.add(a.sub(one, loss), drift);
-  const Ball rest = a.sub(one, root_of(p, bits));
+  const Ball rest = a.sub(one, square_root(p, bits));
   if (!is_positive(loss) || !is_positive(p) || !is_positive(rest)) return false;
-  const Ball w = upper_bound_of(a.div(a.mul(speed, T_1), rest), bits);
+  const Ball w = upper_bound(a.div(a.mul(speed, T_1), rest), bits);
   // (9)
   std::array<Ball, 2> most;
   for (int k = 0; k < 2; ++k) {
@@ -392,7 +368,7 @@ bool HybridMotion::pass_accumulation_of_two(int i, int j) {
   pair.group = coupled_contacts(scene_, states_.modes, {i, j}, p_);
   for (int k = 0; k < 2; ++k) pair.w0[k] = p_.value_of(scene_.contacts[pair.contacts[k]].v_n);
   if (states_.modes[i] != Mode::open || states_.vanishing_gap[i] > 1) pair.w0[0] = Ball();
-  pair.g0 = {Ball(), upper_bound_of(p_.value_of(scene_.contacts[j].gap), a.bits)};
+  pair.g0 = {Ball(), upper_bound(p_.value_of(scene_.contacts[j].gap), a.bits)};
   const double approach = std::abs(pair.w0[1].nearest()), speed = std::max(approach, std::abs(pair.w0[0].nearest()));
   if (!(std::min(pair.g0[1].nearest() / approach, speed) < small) || !set_pair(pair)) return false;
   std::vector<Mode> modes = states_.modes;

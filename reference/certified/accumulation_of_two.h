@@ -33,11 +33,4 @@ struct HybridMotion::PairImpacts {
   int last = 0;              ///< which one was hit last
 };
 
-/// Upper bound of all members, exactly.
-Ball upper_bound_of(const Ball& x, slong bits);
-/// Least |x|, exactly.
-Ball least_size(const Ball& x, slong bits);
-/// Greatest |x|, exactly.
-Ball greatest_size(const Ball& x, slong bits);
-
 }  // namespace ricochet::reference::certified

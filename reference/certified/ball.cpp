@@ -90,6 +90,30 @@ Ball Precision::ball(const GiNaC::numeric& number) const {
   return div(whole(number.numer()), whole(number.denom()));
 }
 
+Ball upper_bound(const Ball& x, slong bits) {
+  Ball bound;
+  arb_get_ubound_arf(arb_midref(bound.get()), x.get(), bits);
+  return bound;
+}
+
+Ball least_size(const Ball& x, slong bits) {
+  Ball least;
+  arb_get_abs_lbound_arf(arb_midref(least.get()), x.get(), bits);
+  return least;
+}
+
+Ball greatest_size(const Ball& x, slong bits) {
+  Ball most;
+  arb_get_abs_ubound_arf(arb_midref(most.get()), x.get(), bits);
+  return most;
+}
+
+Ball square_root(const Ball& x, slong bits) {
+  Ball root;
+  arb_sqrt(root.get(), x.get(), bits);
+  return root;
+}
+
 Decimal decimal(const Ball& ball, int digits) {
   Decimal result;
   char* const text = arb_get_str(ball.get(), digits, ARB_STR_NO_RADIUS);

@@ -84,6 +84,13 @@ struct Precision {
   Ball ball(const GiNaC::numeric& number) const;
 };
 
+// Exact balls that bound one; `bits` of their midpoints.
+Ball upper_bound(const Ball& x, slong bits);    ///< Of x.
+Ball least_size(const Ball& x, slong bits);     ///< Lower bound of |x|.
+Ball greatest_size(const Ball& x, slong bits);  ///< Upper bound of |x|.
+
+Ball square_root(const Ball& x, slong bits);  ///< Not finite if x may be negative.
+
 inline Ball operator-(const Ball& a) {  ///< Exact.
   Ball result;
   arb_neg(result.get(), a.get());

@@ -45,7 +45,7 @@ bool HybridMotion::map_plastic_pair(PairCollapse& pair) {
   Ball A;
   arb_max(A.get(), greatest_size(pair.c[k], bits).get(), greatest_size(pair.c[j], bits).get(), bits);
   const Ball least_W = least_size(W, bits), u = state.g[j];
-  const Ball x = upper_bound_of(a.div(a.mul(u, A), a.mul(least_W, least_W)), bits), x2 = a.mul(two, x);
+  const Ball x = upper_bound(a.div(a.mul(u, A), a.mul(least_W, least_W)), bits), x2 = a.mul(two, x);
   const Ball s = a.div(a.mul(-pair.G[k][j], a.add(one, e)), pair.G[j][j]);
   const Ball h = a.div(greatest_size(pair.G[j][k], bits), pair.G[k][k]);
   if (s.sign() != Sign::positive) return false;

@@ -5,7 +5,6 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
-#include <fstream>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <random>
@@ -13,11 +12,10 @@
 #include "problems/scene_file/scene_file.h"
 #include "reference/certified/computed_motion.h"
 #include "tests/reference/decimal_balls.h"
+#include "tests/reference/stated_collapses.h"
 
 namespace ricochet::reference::certified {
 namespace {
-
-constexpr const char* kColumns = RICOCHET_REFERENCE_DATA "/collapses.json";
 
 /// Whether the proven ball contains the decimal `text`, up to one unit of the place `decimals`.
 bool holds(const CertifiedNumber& number, const std::string& text, int decimals) {
@@ -25,15 +23,6 @@ bool holds(const CertifiedNumber& number, const std::string& text, int decimals)
   Magnitude unit(decimal_ball(fmt::format("1e-{}", decimals)));
   value.widen(unit.get());
   return arb_overlaps(interval(number).get(), value.get()) != 0;
-}
-
-nlohmann::json stated_column(const std::string& id) {
-  std::ifstream file(kColumns);
-  const auto document = nlohmann::json::parse(file);
-  for (const auto& entry : document["cases"]) {
-    if (entry["id"] == id) return entry;
-  }
-  throw std::runtime_error("no case " + id);
 }
 
 std::vector<CertifiedNumber> limits_of(const CertifiedMotion& motion) {
@@ -57,10 +46,10 @@ CertifiedMotion computed(const Problem& problem) {
 class ProvenCollapse : public testing::TestWithParam<const char*> {};
 
 TEST_P(ProvenCollapse, ContainsTheStoredState) {
-  const auto stated = stated_column(GetParam());
+  const auto stated = stated_collapse(GetParam());
   Options options;
   options.max_seconds = 100;
-  const auto motion = certified_motion(*read_scene_file(std::string(kColumns) + "#" + GetParam()), options);
+  const auto motion = certified_motion(*read_scene_file(std::string(kCollapses) + "#" + GetParam()), options);
   ASSERT_EQ(motion.grade, Grade::proven) << motion.reason;
   EXPECT_TRUE(motion.assumptions.empty());
   EXPECT_GE(motion.decimals(), 30);
@@ -83,7 +72,7 @@ INSTANTIATE_TEST_SUITE_P(Columns, ProvenCollapse,
 /// The plastic contact of column_634 opens again after the limit, as a run without a proof says.
 TEST(CertifiedAccumulationOfTwo, ModesAfterTheLimitAreThoseOfTheRunWithoutAProof) {
   for (const char* id : {"column_117", "column_634", "column_449"}) {
-    const auto problem = read_scene_file(std::string(kColumns) + "#" + id);
+    const auto problem = read_scene_file(std::string(kCollapses) + "#" + id);
     const auto proven = certified_motion(*problem), other = computed(*problem);
     ASSERT_EQ(other.grade, Grade::computed) << other.reason;
     EXPECT_EQ(proven.modes, other.modes);

@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
-#include <fstream>
 #include <nlohmann/json.hpp>
 
 #include "problems/registry.h"
@@ -13,13 +12,12 @@
 #include "reference/certified/computed_motion.h"
 #include "reference/certified/first_root.h"
 #include "tests/reference/decimal_balls.h"
+#include "tests/reference/stated_collapses.h"
 
 namespace ricochet::reference::certified {
 namespace {
 
 constexpr slong kTestBits = 600;
-constexpr const char* kCollapses = RICOCHET_REFERENCE_DATA "/collapses.json";
-
 /// Whether the number and a decimal text differ by less than the radius and one unit of the place `decimals`.
 bool agrees(const CertifiedNumber& number, const std::string& text, int decimals) {
   Ball difference, most;
@@ -31,20 +29,11 @@ bool agrees(const CertifiedNumber& number, const std::string& text, int decimals
   return arb_lt(difference.get(), most.get()) != 0;
 }
 
-nlohmann::json collapse(const std::string& id) {
-  std::ifstream file(kCollapses);
-  const auto document = nlohmann::json::parse(file);
-  for (const auto& entry : document["cases"]) {
-    if (entry["id"] == id) return entry;
-  }
-  throw std::runtime_error("no case " + id);
-}
-
 /// Columns of balls, computed event by event in Python with 100 and 160 digits.
 class ComputedCollapse : public testing::TestWithParam<const char*> {};
 
 TEST_P(ComputedCollapse, EndsInTheStoredState) {
-  const auto stated = collapse(GetParam());
+  const auto stated = stated_collapse(GetParam());
   Options options;
   options.max_seconds = 100;
   CertifiedMotion motion;
