@@ -17,6 +17,7 @@ class TimeLimit {
     if (seconds_ <= 0 || ++calls_ % 64 != 0) return false;
     return std::chrono::duration<double>(Clock::now() - begin_).count() > seconds_;
   }
+  double left() const { return seconds_ - std::chrono::duration<double>(Clock::now() - begin_).count(); }  ///< [s]
   std::string message() const { return fmt::format("the time limit of {:.6g} s is over", seconds_); }
 
  private:

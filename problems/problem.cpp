@@ -66,6 +66,14 @@ Vector Problem::gap_acceleration_bias(const Vector& q, const Vector& v) const {
   return b;
 }
 
+Vector Problem::switching_sizes(const Vector& q, const Vector& v) const {
+  const auto n = q.size(), n_s = std::ssize(info_.switches) + std::ssize(info_.region);  // one of them is empty
+  Matrix D(n_s, 2 * n + std::ssize(info_.parameters));
+  switching_derivative(q.data(), v.data(), D.data());
+  return D.leftCols(n).cwiseAbs() * (1 + q.array().abs()).matrix() +
+         D.middleCols(n, n).cwiseAbs() * (1 + v.array().abs()).matrix();
+}
+
 Vector Problem::slip_acceleration_bias(const Vector& q, const Vector& v) const {
   Matrix T(info_.n_lambda_t, n_q());
   slip_velocity_derivative(q.data(), v.data(), T.data());

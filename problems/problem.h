@@ -281,7 +281,9 @@ class Problem {
   Matrix tangent_jacobian(const Vector& q) const;        ///< n_q x n_lambda_t
   /// Columns of J, which is J_n or J_t, as the directions of their forces: zero at the clock.
   Matrix force_directions(Matrix J) const;
-  Vector gap_acceleration_bias(const Vector& q, const Vector& v) const;   ///< n_c [m/s^2]
+  Vector gap_acceleration_bias(const Vector& q, const Vector& v) const;  ///< n_c [m/s^2]
+  /// n_s, sizes of the terms of psi_k in x = (q, v): sum_j |d psi_k / dx_j| (1 + |x_j|), to tell a rounded zero.
+  Vector switching_sizes(const Vector& q, const Vector& v) const;
   Vector slip_acceleration_bias(const Vector& q, const Vector& v) const;  ///< n_lambda_t, T v
   double kinetic_energy(const Vector& q, const Vector& v) const;          ///< [J], of the bodies
   /// Kinetic plus potential energy [J]; empty when the scene states no potential.

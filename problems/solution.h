@@ -145,8 +145,8 @@ struct Residual {
   std::int64_t impossible = 0;  ///< points at which the equation has no solution whatever its unknowns; not in `value`
 };
 
-/// Where a run has left its region, as times from the begin of the step that leaves it, which is not part of the run.
-/// If both are equal, v jumps there.
+/// The step in which a run leaves its region, and which is not part of the run. Times count from the begin of that
+/// step. If `inside` and `outside` are equal, v jumps there.
 struct RegionExit {
   int function = -1;       ///< psi_k; -1: it has stayed there
   double inside = 0;       ///< [s], before the border

@@ -4,12 +4,9 @@
 
 #include <algorithm>
 #include <cmath>
-#include <map>
-#include <memory>
-#include <mutex>
 
 #include "problems/dense_solve.h"
-#include "problems/derivatives/symbolic_problem.h"
+#include "problems/regions/region_problems.h"
 #include "reference/stop.h"
 
 namespace ricochet::reference {
@@ -18,35 +15,9 @@ namespace {
 constexpr double kTimeShare = 1e-12;  // of the end time: borders at one time, and zeros of functions of time
 constexpr double kRoundedZero = 1e-13, kLargestOffset = 1e-3;  // of the terms of psi_k, (1)
 constexpr double kNegligible = 0.01;                           // of the tolerance
-constexpr double kPenetration = 1e-6;                          // of a gap that jumps below zero, relative to 1 + |q|
 constexpr double kChatter = 1e-6;   // of the end time: a border is passed to and fro, because of the offset (1)
 constexpr int kMostCrossings = 40;  // of them
 constexpr int kClockSpans = 128;    // of the clock, that are bounded first
-
-/// The regions of a problem, made when they are entered.
-class Regions {
- public:
-  explicit Regions(const Problem& problem) : problem_(problem) {}
-  ~Regions() {
-    const std::lock_guard lock(formulas_mutex());
-    made_.clear();
-  }
-  Regions(const Regions&) = delete;
-  Regions& operator=(const Regions&) = delete;
-
-  Problem& operator()(const std::vector<int>& signs) {
-    auto& region = made_[signs];
-    if (!region) {
-      const std::lock_guard lock(formulas_mutex());
-      region = problem_.in_region(signs);
-    }
-    return *region;
-  }
-
- private:
-  const Problem& problem_;
-  std::map<std::vector<int>, std::unique_ptr<Problem>> made_;
-};
 
 /// The values of all functions at a state of the whole problem.
 Vector functions_at(const Problem& problem, const Vector& q, const Vector& v) {
@@ -111,17 +82,16 @@ Vector offsets_of(const Problem& here, const Vector& q, const Vector& v, double 
   const auto acceleration = [](const Problem& problem, const Vector& at_q, const Vector& at_v) {
     return Vector(CholeskyFactors(problem.mass_matrix(at_q)).solve(problem.force(at_q, at_v)));
   };
+  const Vector size = here.switching_sizes(q, v);
   Vector offsets(n_s);
   for (Eigen::Index k = 0; k < n_s; ++k) {
     const Vector slope = D.row(k).head(2 * n);
-    const double size = slope.head(n).cwiseAbs().dot((1 + q.array().abs()).matrix()) +
-                        slope.tail(n).cwiseAbs().dot((1 + v.array().abs()).matrix());
-    offsets[k] = std::max(kRoundedZero, 0.1 * tolerance) * size;
+    offsets[k] = std::max(kRoundedZero, 0.1 * tolerance) * size[k];
     if (!(slope.squaredNorm() > 0)) continue;
     Vector psi(n_s);
     here.switching(q.data(), v.data(), psi.data());
     const Problem& beyond = across(static_cast<int>(k));
-    for (double delta = kLargestOffset * size; delta > offsets[k]; delta *= 0.1) {
+    for (double delta = kLargestOffset * size[k]; delta > offsets[k]; delta *= 0.1) {
       bool is_negligible = true;
       for (const double to : {-delta, delta}) {  // the nearest states with psi_k = to
         const double way = (to - psi[k]) / slope.squaredNorm();
@@ -138,53 +108,12 @@ Vector offsets_of(const Problem& here, const Vector& q, const Vector& v, double 
   return offsets;
 }
 
-/// Adds a piece that begins at t. @param modes  at the end of the piece before it
-void append(const Problem& problem, double t, std::vector<ContactMode>& modes, Solution& piece, Solution& whole) {
-  if (whole.initial_modes.empty()) whole.initial_modes = piece.initial_modes;
-  for (int i = 0; i < problem.n_c() && !modes.empty() && !piece.initial_modes.empty(); ++i) {  // changes at the border
-    const auto kind = event_kind(modes[i], piece.initial_modes[i], false);
-    if (!kind || std::ranges::any_of(piece.events, [&](const Event& e) { return e.contact == i && e.t == 0; }))
-      continue;
-    whole.events.push_back({.t = t,
-                            .kind = *kind,
-                            .contact = i,
-                            .q = whole.q,
-                            .v_minus = whole.v,
-                            .v_plus = whole.v,
-                            .Lambda_n = Vector::Zero(problem.n_c()),
-                            .Lambda_t = Vector::Zero(problem.info().n_lambda_t),
-                            .modes = piece.initial_modes,
-                            .dt = {}});
-  }
-  if (!piece.initial_modes.empty()) modes = piece.initial_modes;
-  for (Event& event : piece.events) {
-    event.t += t;
-    if (!event.modes.empty()) modes = event.modes;
-    whole.events.push_back(std::move(event));
-  }
-  whole.motion.append(piece.motion, t);
-  Counters& sum = whole.counters;
-  sum.steps += piece.counters.steps;
-  sum.elements += piece.counters.elements;
-  sum.force_evaluations += piece.counters.force_evaluations;
-  sum.mass_factorizations += piece.counters.mass_factorizations;
-  sum.matrix_factorizations += piece.counters.matrix_factorizations;
-  sum.inner_iterations += piece.counters.inner_iterations;
-  sum.events = std::ssize(whole.events);
-  whole.status = piece.status;
-  whole.message = std::move(piece.message);
-  whole.reason = std::move(piece.reason);
-  whole.q = piece.q;
-  whole.v = piece.v;
-  whole.t = t + piece.t;
-}
-
 }  // namespace
 
 Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings& settings) {
   const ProblemInfo& info = problem.info();
   const double T = info.end_time;
-  Regions regions(problem);
+  RegionProblems regions(problem);
   Solution whole;
   whole.q = info.q0;
   whole.v = info.v0;
@@ -206,7 +135,7 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
   int crossings = 0;
   double last_crossing = -1;
   while (whole.t < T && whole.succeeded()) {
-    Problem& here = regions(signs);
+    Problem& here = regions.at(signs);
     const double begin = whole.t, until = next_time == times.end() ? T : *next_time;
     here.set_initial_state(whole.q, whole.v);
     here.set_end_time(until - begin);
@@ -214,11 +143,11 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
     of_region.border_offset = offsets_of(here, whole.q, whole.v, settings.tolerance, [&](int k) -> const Problem& {
       std::vector<int> beyond = signs;
       beyond[static_cast<std::size_t>(k)] *= -1;
-      return regions(beyond);
+      return regions.at(beyond);
     });
     Solution piece = integrate_in_region(here, of_region);
     const int border = piece.exit.function;
-    append(problem, begin, modes, piece, whole);
+    append(info, std::move(piece), whole, modes);
     if (!whole.succeeded()) break;
     if (border < 0) {
       whole.t = until;
@@ -235,15 +164,9 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
       break;
     }
     signs[border] = -signs[border];
-    const Problem& next = regions(signs);
-    const Vector gap = next.gap(whole.q),
-                 size = next.normal_jacobian(whole.q).cwiseAbs().transpose() * (1 + whole.q.array().abs()).matrix();
-    for (const int i : next.info().unilateral) {
-      if (gap[i] < -kPenetration * (1 + size[i]))
-        stop(whole, Status::infeasible, whole.t,
-             fmt::format("the gap of '{}' jumps to {:.3g} m where {} = 0", info.contacts[i].name, gap[i],
-                         info.switches[border].formula));
-    }
+    const Problem& next = regions.at(signs);
+    const std::string jump = jumped_gap(next, whole.q, info.switches[border]);
+    if (!jump.empty()) stop(whole, Status::infeasible, whole.t, jump);
   }
   return whole;
 }

@@ -15,19 +15,14 @@ RegionBorder::RegionBorder(const Problem& problem, const Settings& settings) : p
   relative_ = std::max(kRounding, kOfTolerance * settings.tolerance);
   psi_.setZero(n_);
   size_.setZero(n_);
-  D_.setZero(n_, 2 * problem.n_q() + std::ssize(problem.info().parameters));
   measure(problem.info().q0, problem.info().v0);
 }
 
 void RegionBorder::measure(const Vector& q, const Vector& v) {
-  problem_.switching_derivative(q.data(), v.data(), D_.data());
-  const auto n = q.size();
-  const Vector size = D_.leftCols(n).cwiseAbs() * (1 + q.array().abs()).matrix() +
-                      D_.middleCols(n, n).cwiseAbs() * (1 + v.array().abs()).matrix();
-  size_ = size_.cwiseMax(size);
+  size_ = size_.cwiseMax(problem_.switching_sizes(q, v));
 }
 
-/// Of the functions outside at a point, the one that vanishes first on the chord from the point before.
+/// The function that vanishes first on the chord to a `point` from the one before it, of those outside at `point`.
 int RegionBorder::earliest(int point) const {
   int found = -1;
   double least = 2;

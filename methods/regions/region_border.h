@@ -35,7 +35,6 @@ class RegionBorder {
   int n_ = 0;
   double relative_ = 0;
   Vector psi_, size_, q_, v_;
-  Matrix D_;
   Vector left_[kPoints + 1];
 };
 

@@ -4,72 +4,32 @@
 
 #include <Eigen/QR>
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <limits>
-#include <mutex>
 
+#include "methods/time_limit.h"
 #include "problems/dense_solve.h"
-#include "problems/derivatives/symbolic_problem.h"
 #include "problems/input_error.h"
 #include "problems/variables.h"
 
 namespace ricochet {
 namespace {
 
-constexpr double kSameTime = 1e-12;    // of the end time: two borders at one time
-constexpr double kGrid = 1e-9;         // of a step: on the grid
-constexpr double kZero = 4e-16;        // of the terms of psi_k: the border is located
-constexpr int kMostLocations = 60;     // runs that locate one border
-constexpr int kSpans = 64;             // of the run, in which zeros of functions of time are searched first
-constexpr double kShortest = 1e-15;    // of the run: what time can resolve
-constexpr double kOutside = 1e-12;     // of the terms of another psi_j, beyond its border
-constexpr double kDrift = 1e-6;        // of gaps and rates of closed contacts, relative
-constexpr double kEdge = 1e-3;         // of the bracket: a root so near its end may lie beyond it
-constexpr double kSmooth = 1e-12;      // jump of an acceleration that is rounding, relative
-constexpr double kPenetration = 1e-6;  // of a gap that jumps below zero, relative to 1 + |q|
-
-double seconds_now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-/// sum_j |d psi_k / dx_j| (1 + |x_j|)
-double size_of(const Problem& problem, int n_s, int k, const Vector& q, const Vector& v) {
-  Matrix D(n_s, 2 * q.size() + std::ssize(problem.info().parameters));
-  problem.switching_derivative(q.data(), v.data(), D.data());
-  return D.row(k).head(q.size()).cwiseAbs().dot((1 + q.array().abs()).matrix()) +
-         D.row(k).segment(q.size(), q.size()).cwiseAbs().dot((1 + v.array().abs()).matrix());
-}
-
-void add(Counters& sum, const Counters& part) {
-  for (const auto counter :
-       {&Counters::steps, &Counters::elements, &Counters::force_evaluations, &Counters::jacobian_evaluations,
-        &Counters::mass_factorizations, &Counters::matrix_factorizations, &Counters::linear_solves,
-        &Counters::complementarity_solves, &Counters::inner_iterations, &Counters::pivots, &Counters::events})
-    sum.*counter += part.*counter;
-}
+constexpr double kSameTime = 1e-12;  // of the end time: two borders at one time
+constexpr double kGrid = 1e-9;       // of a step: on the grid
+constexpr double kZero = 4e-16;      // of the terms of psi_k: the border is located
+constexpr int kMostLocations = 60;   // runs that locate one border
+constexpr int kSpans = 64;           // of the run, in which zeros of functions of time are searched first
+constexpr double kShortest = 1e-15;  // of the run: what time can resolve
+constexpr double kOutside = 1e-12;   // of the terms of another psi_j, beyond its border
+constexpr double kDrift = 1e-6;      // of gaps and rates of closed contacts, relative
+constexpr double kEdge = 1e-3;       // of the bracket: a root so near its end may lie beyond it
+constexpr double kSmooth = 1e-12;    // jump of an acceleration that is rounding, relative
 
 }  // namespace
 
 RegionRun::RegionRun(const Problem& problem, bool is_adaptive, Prepare prepare)
-    : problem_(problem), is_adaptive_(is_adaptive), prepare_(std::move(prepare)) {}
-
-RegionRun::~RegionRun() {
-  const std::lock_guard lock(formulas_mutex());
-  regions_.clear();
-}
-
-RegionRun::Region& RegionRun::region(const std::vector<int>& signs) {
-  Region& found = regions_[signs];
-  if (!found.problem) {
-    {
-      const std::lock_guard lock(formulas_mutex());
-      found.problem = problem_.in_region(signs);
-    }
-    found.solver = prepare_(*found.problem);
-  }
-  return found;
-}
+    : problem_(problem), is_adaptive_(is_adaptive), prepare_(std::move(prepare)), regions_(problem) {}
 
 bool RegionRun::stop(Status status, const std::string& message) {
   total_.status = status;
@@ -89,36 +49,41 @@ std::vector<int> RegionRun::signs_at(const Vector& q, const Vector& v) const {
 void RegionRun::begin() {
   const ProblemInfo& info = problem_.info();
   total_ = {};
-  q_ = info.q0;
-  v_ = info.v0;
-  t_ = 0;
+  total_.q = info.q0;
+  total_.v = info.v0;
   T_ = info.end_time;
   last_crossing_ = -1;
   crossings_ = 0;
   modes_.clear();
   piece_variables_.clear();
-  signs_ = signs_at(q_, v_);
-  // Functions of time have the sign that follows the start.
-  if (info.clock < 0) return;
-  Vector later = q_;
-  later[info.clock] += kSameTime * T_;
-  const std::vector<int> next = signs_at(later, v_);
-  for (std::size_t k = 0; k < signs_.size(); ++k) {
-    if (info.switches[k].is_of_time) signs_[k] = next[k];
+  signs_ = signs_at(total_.q, total_.v);
+  signs_ = signs_of_time();
+}
+
+/// signs_, with functions of time alone as they are just after the present time.
+std::vector<int> RegionRun::signs_of_time() const {
+  const ProblemInfo& info = problem_.info();
+  if (info.clock < 0) return signs_;
+  Vector later = total_.q;
+  later[info.clock] += 2 * kSameTime * T_;
+  std::vector<int> signs = signs_at(later, total_.v);
+  for (std::size_t k = 0; k < signs.size(); ++k) {
+    if (!info.switches[k].is_of_time) signs[k] = signs_[k];
   }
+  return signs;
 }
 
 /// The first zero of a function of time after `from`, up to `to` [s] of the clock; `to` if there is none. Spans are
 /// divided until bounds exclude a zero, so that none is missed.
 double RegionRun::first_zero(int k, double from, double to) const {
   const int clock = problem_.info().clock;
-  Vector q = q_, psi(static_cast<Eigen::Index>(signs_.size()));
+  Vector q = total_.q, psi(static_cast<Eigen::Index>(signs_.size()));
   const auto value = [&](double t) {
     q[clock] = t;
-    problem_.switching(q.data(), v_.data(), psi.data());
+    problem_.switching(q.data(), total_.v.data(), psi.data());
     return psi[k];
   };
-  std::vector<Interval> q_box(q.data(), q.data() + q.size()), v_box(v_.data(), v_.data() + v_.size()),
+  std::vector<Interval> q_box(q.data(), q.data() + q.size()), v_box(total_.v.data(), total_.v.data() + total_.v.size()),
       bounds(signs_.size());
   const auto may_vanish = [&](double a, double b) {
     q_box[clock] = {a, b};
@@ -157,7 +122,7 @@ double RegionRun::next_time_switch() const {
   double next = T_;
   for (std::size_t k = 0; k < signs_.size(); ++k) {
     if (!info.switches[k].is_of_time) continue;
-    const double start = info.start_time(), from = t_ + 2 * kSameTime * T_;
+    const double start = info.start_time(), from = total_.t + 2 * kSameTime * T_;
     if (from < next) next = std::min(next, first_zero(static_cast<int>(k), start + from, start + next) - start);
   }
   return next;
@@ -167,10 +132,11 @@ double RegionRun::next_time_switch() const {
 /// tolerance, would be a flight at the start of a run.
 void RegionRun::hold_closed(const Problem& here) {
   if (modes_.empty()) return;
-  const Vector gap = here.gap(q_);
-  const Matrix J = here.normal_jacobian(q_), MJ = here.force_directions(J);
-  const Vector size = J.cwiseAbs().transpose() * (1 + q_.array().abs()).matrix(),
-               speed = J.cwiseAbs().transpose() * (1 + v_.array().abs()).matrix(), rate = J.transpose() * v_;
+  const Vector gap = here.gap(total_.q);
+  const Matrix J = here.normal_jacobian(total_.q), MJ = here.force_directions(J);
+  const Vector size = J.cwiseAbs().transpose() * (1 + total_.q.array().abs()).matrix(),
+               speed = J.cwiseAbs().transpose() * (1 + total_.v.array().abs()).matrix(),
+               rate = J.transpose() * total_.v;
   std::vector<Eigen::Index> held;
   for (int i = 0; i < problem_.n_c(); ++i) {
     if (is_closed(modes_[i]) && std::abs(gap[i]) <= kDrift * size[i] && std::abs(rate[i]) <= kDrift * speed[i])
@@ -178,90 +144,39 @@ void RegionRun::hold_closed(const Problem& here) {
   }
   if (held.empty()) return;
   const Matrix J_held = J(Eigen::all, held);
-  const Matrix W = CholeskyFactors(here.mass_matrix(q_)).solve_columns(MJ(Eigen::all, held));
+  const Matrix W = CholeskyFactors(here.mass_matrix(total_.q)).solve_columns(MJ(Eigen::all, held));
   const Eigen::CompleteOrthogonalDecomposition<Matrix> G(J_held.transpose() * W);
-  q_ -= W * G.solve(Vector(gap(held)));
-  v_ -= W * G.solve(Vector(rate(held)));
+  total_.q -= W * G.solve(Vector(gap(held)));
+  total_.v -= W * G.solve(Vector(rate(held)));
 }
 
 /// One run of the method from the present state.
 Solution RegionRun::run(double length, int steps, bool stays) {
-  Region& here = region(signs_);
-  hold_closed(*here.problem);
-  here.problem->set_initial_state(q_, v_);
-  here.problem->set_end_time(length);
+  Problem& here = regions_.at(signs_);
+  hold_closed(here);
+  here.set_initial_state(total_.q, total_.v);
+  here.set_end_time(length);
   Settings settings = settings_;
   settings.steps = steps;
   settings.stays_in_region = stays;
   settings.sensitivities = piece_variables_;
-  Solution solution = here.solver->solve(settings);
-  if (!stays) solution.exit = {};
-  return solution;
+  auto& solver = solvers_[signs_];
+  if (!solver) solver = prepare_(here);
+  return solver->solve(settings);
 }
 
-/// Adds a run from t_ to the whole.
+/// Adds a run to the whole.
 void RegionRun::take(Solution&& piece) {
-  const bool is_first = t_ == 0 && total_.events.empty() && total_.initial_modes.empty();
-  if (is_first) total_.initial_modes = piece.initial_modes;
-  if (!is_first && !modes_.empty() && piece.initial_modes.size() == modes_.size()) {  // what the border has changed
-    for (const int i : problem_.info().unilateral) {
-      const auto kind = event_kind(modes_[i], piece.initial_modes[i], false);
-      const bool is_known =
-          std::ranges::any_of(piece.events, [&](const Event& e) { return e.contact == i && e.t == 0; });
-      if (!kind || is_known) continue;
-      ++total_.counters.events;
-      total_.events.push_back({.t = t_,
-                               .kind = *kind,
-                               .contact = i,
-                               .q = q_,
-                               .v_minus = v_,
-                               .v_plus = v_,
-                               .Lambda_n = Vector::Zero(problem_.n_c()),
-                               .Lambda_t = Vector::Zero(problem_.info().n_lambda_t),
-                               .modes = piece.initial_modes,
-                               .dt = {}});
-    }
-  }
-  if (!piece.initial_modes.empty()) modes_ = piece.initial_modes;
   chain(piece);
-  for (Event& event : piece.events) {
-    event.t += t_;
-    if (!event.modes.empty()) modes_ = event.modes;
-    total_.events.push_back(std::move(event));
-  }
-  for (Sample& sample : piece.samples) {
-    sample.t += t_;
-    total_.samples.push_back(std::move(sample));
-  }
-  total_.motion.append(piece.motion, t_);
-  add(total_.counters, piece.counters);
-  for (const Residual& residual : piece.residuals) {
-    const auto same = std::ranges::find(total_.residuals, residual.name, &Residual::name);
-    if (same == total_.residuals.end()) {
-      total_.residuals.push_back(residual);
-      total_.residuals.back().t += t_;
-      continue;
-    }
-    same->impossible += residual.impossible;
-    if (residual.value <= same->value) continue;
-    same->value = residual.value;
-    same->t = t_ + residual.t;
-    same->contact = residual.contact;
-  }
-  total_.status = piece.status;
-  total_.message = t_ > 0 && !piece.succeeded()
-                       ? fmt::format("after t = {:.12g} s, where a formula changed its branch: {}", t_, piece.message)
-                       : piece.message;
-  total_.reason = piece.reason;
-  q_ = piece.q;
-  v_ = piece.v;
-  t_ += piece.t;
+  if (total_.t > 0 && !piece.succeeded())
+    piece.message = fmt::format("after t = {:.12g} s, where a formula changed its branch: {}", total_.t, piece.message);
+  append(problem_.info(), std::move(piece), total_, modes_);
 }
 
 /// (a) From the begin of the step that leaves the region. @returns false if the run has failed
 bool RegionRun::locate(const RegionExit& exit) {
   const int k = exit.function;
-  const Problem& here = *region(signs_).problem;
+  const Problem& here = regions_.at(signs_);
   const int n_s = static_cast<int>(signs_.size());
   Vector psi(n_s);
   const auto psi_at = [&](const Vector& q, const Vector& v) {
@@ -274,16 +189,16 @@ bool RegionRun::locate(const RegionExit& exit) {
           Status::inner_solver_failed,
           fmt::format("at t = {:.12g} s: an impact changes the branch of a formula; derivatives through that are not "
                       "available",
-                      t_ + exit.inside));
+                      total_.t + exit.inside));
     if (exit.inside <= 0) return cross(k);
     Solution piece = run(exit.inside, 1, false);
     const bool ok = piece.succeeded();
     take(std::move(piece));
     return ok && cross(k);
   }
-  const double zero = kZero * size_of(here, n_s, k, q_, v_);
+  const double zero = kZero * here.switching_sizes(total_.q, total_.v)[k];
   double a = exit.inside, b = exit.outside, f_a = exit.psi_inside, f_b = exit.psi_outside;
-  if (a == 0) f_a = std::max(0.0, psi_at(q_, v_));
+  if (a == 0) f_a = std::max(0.0, psi_at(total_.q, total_.v));
   if (a == 0 && f_a <= zero) return cross(k);
   Solution best;
   double h_best = 0, f_best = std::numeric_limits<double>::infinity();
@@ -322,14 +237,15 @@ bool RegionRun::locate(const RegionExit& exit) {
         is_a_known = a == 0;
       }
     }
-    if (is_a_known && is_b_known && b - a <= kShortest * (t_ + T_)) break;
+    if (is_a_known && is_b_known && b - a <= kShortest * (total_.t + T_)) break;
   }
   // A function that has changed its sign before is the one to cross first.
-  here.switching(q_.data(), v_.data(), psi.data());
+  here.switching(total_.q.data(), total_.v.data(), psi.data());
   const Vector at_start = psi;
   here.switching(best.q.data(), best.v.data(), psi.data());
+  const Vector size = here.switching_sizes(best.q, best.v);
   for (int j = 0; j < n_s; ++j) {
-    if (j == k || signs_[j] * psi[j] >= -kOutside * size_of(here, n_s, j, best.q, best.v)) continue;
+    if (j == k || signs_[j] * psi[j] >= -kOutside * size[j]) continue;
     return locate({.function = j,
                    .inside = 0,
                    .outside = h_best,
@@ -391,7 +307,7 @@ void RegionRun::chain(Solution& piece) {
 bool RegionRun::vary_border(int k, const Problem& before, const Problem& after) {
   if (piece_variables_.empty()) return true;
   const auto acceleration = [&](const Problem& problem) {
-    return Vector(CholeskyFactors(problem.mass_matrix(q_)).solve(problem.force(q_, v_)));
+    return Vector(CholeskyFactors(problem.mass_matrix(total_.q)).solve(problem.force(total_.q, total_.v)));
   };
   const Vector a = acceleration(before), jump = a - acceleration(after);
   if (jump.norm() <= kSmooth * a.norm()) return true;
@@ -400,50 +316,44 @@ bool RegionRun::vary_border(int k, const Problem& before, const Problem& after) 
         Status::inner_solver_failed,
         fmt::format("at t = {:.12g} s: a force jumps while contacts are closed; derivatives through that are not "
                     "available",
-                    t_));
-  const Eigen::Index n_q = q_.size(), n_p = std::ssize(problem_.info().parameters);
+                    total_.t));
+  const Eigen::Index n_q = total_.q.size(), n_p = std::ssize(problem_.info().parameters);
   Matrix D(std::ssize(signs_), 2 * n_q + n_p);
-  before.switching_derivative(q_.data(), v_.data(), D.data());
+  before.switching_derivative(total_.q.data(), total_.v.data(), D.data());
   Eigen::RowVectorXd change = D.row(k).head(2 * n_q) * S_;
   for (Eigen::Index j = 0; j < S_.cols(); ++j) {
     const Eigen::Index variable = find_variable(problem_.info(), settings_.sensitivities[j]);
     const Eigen::Index p = variable - 2 * problem_.info().n_mechanical();
     if (p >= 0) change[j] += D(k, 2 * n_q + p);
   }
-  const double rate = D.row(k).head(n_q).dot(v_) + D.row(k).segment(n_q, n_q).dot(a);
+  const double rate = D.row(k).head(n_q).dot(total_.v) + D.row(k).segment(n_q, n_q).dot(a);
   S_.bottomRows(n_q) -= jump * (change / rate);
   return true;
 }
 
 /// (c) The sign of psi_k changes, and that of others whose formula changes with it. @returns false if the motion slides
 bool RegionRun::cross(int k) {
-  const bool is_same = last_crossing_ >= 0 && t_ - last_crossing_ <= kSameTime * T_;
+  const bool is_same = last_crossing_ >= 0 && total_.t - last_crossing_ <= kSameTime * T_;
   crossings_ = is_same ? crossings_ + 1 : 1;
-  last_crossing_ = t_;
+  last_crossing_ = total_.t;
   const int n_s = static_cast<int>(signs_.size());
   if (crossings_ > 2 * n_s + 4)
     return stop(
         Status::infeasible,
         fmt::format("at t = {:.12g} s: the motion slides on {} = 0, where a formula jumps: both of its sides lead "
                     "back there. Only sliding by dry friction is followed",
-                    t_, problem_.info().switches[k].formula));
+                    total_.t, problem_.info().switches[k].formula));
   return flip(k);
 }
 
 /// (c), (2) @returns false if the run ends
 bool RegionRun::flip(int k) {
-  const Problem& before = *region(signs_).problem;
+  const Problem& before = regions_.at(signs_);
   signs_[k] = -signs_[k];
-  const Problem& next = *region(signs_).problem;
+  const Problem& next = regions_.at(signs_);
   if (!vary_border(k, before, next)) return false;
-  const Vector gap = next.gap(q_),
-               size = next.normal_jacobian(q_).cwiseAbs().transpose() * (1 + q_.array().abs()).matrix();
-  for (const int i : next.info().unilateral) {
-    if (gap[i] < -kPenetration * (1 + size[i]))
-      return stop(Status::infeasible,
-                  fmt::format("at t = {:.12g} s: the gap of '{}' jumps to {:.3g} m where {} = 0", t_,
-                              next.info().contacts[i].name, gap[i], problem_.info().switches[k].formula));
-  }
+  const std::string jump = jumped_gap(next, total_.q, problem_.info().switches[k]);
+  if (!jump.empty()) return stop(Status::infeasible, fmt::format("at t = {:.12g} s: {}", total_.t, jump));
   return true;
 }
 
@@ -452,16 +362,16 @@ Solution RegionRun::solve(const Settings& settings) {
   settings_.recording = std::max(settings.recording, Recording::events);  // which modes change at a border
   begin();
   if (!settings.sensitivities.empty()) begin_sensitivities();
-  const double end = settings.time_limit > 0 ? seconds_now() + settings.time_limit : 0;
+  const TimeLimit limit(settings.time_limit);
   const int n = settings.steps;
   const double H = is_adaptive_ ? 0 : T_ / n;
   double switch_time = next_time_switch();
-  while (t_ < T_) {
-    if (settings.time_limit > 0) settings_.time_limit = std::max(1e-3, end - seconds_now());
+  while (total_.t < T_) {
+    if (settings.time_limit > 0) settings_.time_limit = std::max(1e-3, limit.left());
     double until = switch_time;
     int steps = 1;
     if (!is_adaptive_) {  // up to the switch, or to the next grid point
-      const double place = t_ / H;
+      const double place = total_.t / H;
       const bool is_on_grid = std::abs(place - std::round(place)) < kGrid;
       const auto first = is_on_grid ? std::lround(place) : static_cast<long>(std::floor(place));
       const auto last = static_cast<long>(std::floor(until / H + kGrid));
@@ -472,8 +382,8 @@ Solution RegionRun::solve(const Settings& settings) {
         until = std::min(until, H * static_cast<double>(first + 1));
       }
     }
-    const double begin_of_piece = t_;
-    Solution piece = run(until - t_, steps, true);
+    const double begin_of_piece = total_.t;
+    Solution piece = run(until - total_.t, steps, true);
     const RegionExit exit = piece.exit;
     const bool ok = piece.succeeded();
     take(std::move(piece));
@@ -482,29 +392,24 @@ Solution RegionRun::solve(const Settings& settings) {
       if (!locate(exit)) break;
       continue;
     }
-    t_ = until;
-    if (t_ < begin_of_piece + kShortest * T_ && t_ < T_) {
-      stop(Status::inner_solver_failed, fmt::format("at t = {:.12g} s: the time stands still", t_));
+    total_.t = until;
+    if (total_.t < begin_of_piece + kShortest * T_ && total_.t < T_) {
+      stop(Status::inner_solver_failed, fmt::format("at t = {:.12g} s: the time stands still", total_.t));
       break;
     }
-    if (t_ >= switch_time && switch_time < T_) {  // (b)
-      Vector later = q_;
-      later[problem_.info().clock] += 2 * kSameTime * T_;
-      const std::vector<int> next = signs_at(later, v_);
+    if (total_.t >= switch_time && switch_time < T_) {  // (b)
+      const std::vector<int> next = signs_of_time();
       bool goes_on = true;
       for (std::size_t k = 0; k < signs_.size() && goes_on; ++k) {
-        if (problem_.info().switches[k].is_of_time && signs_[k] != next[k]) goes_on = flip(static_cast<int>(k));
+        if (signs_[k] != next[k]) goes_on = flip(static_cast<int>(k));
       }
       if (!goes_on) break;
       switch_time = next_time_switch();
     }
   }
-  total_.t = t_;
-  total_.q = q_;
-  total_.v = v_;
   if (!piece_variables_.empty()) {
-    total_.dq = S_.topRows(q_.size());
-    total_.dv = S_.bottomRows(q_.size());
+    total_.dq = S_.topRows(total_.q.size());
+    total_.dv = S_.bottomRows(total_.q.size());
   }
   return std::move(total_);
 }

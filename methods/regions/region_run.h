@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "methods/method.h"
+#include "problems/regions/region_problems.h"
 
 namespace ricochet {
 
@@ -37,20 +38,11 @@ class RegionRun {
   using Prepare = std::function<std::unique_ptr<Solver>(const Problem&)>;
 
   RegionRun(const Problem& problem, bool is_adaptive, Prepare prepare);
-  ~RegionRun();
-  RegionRun(const RegionRun&) = delete;
-  RegionRun& operator=(const RegionRun&) = delete;
 
   /// As Solver::solve().
   Solution solve(const Settings& settings);
 
  private:
-  struct Region {
-    std::unique_ptr<Problem> problem;
-    std::unique_ptr<Solver> solver;
-  };
-
-  Region& region(const std::vector<int>& signs);
   void begin();
   void hold_closed(const Problem& here);
   Solution run(double length, int steps, bool stays);
@@ -65,23 +57,24 @@ class RegionRun {
   bool vary_border(int k, const Problem& before, const Problem& after);
   bool stop(Status status, const std::string& message);
   std::vector<int> signs_at(const Vector& q, const Vector& v) const;
+  std::vector<int> signs_of_time() const;
 
   const Problem& problem_;
   const bool is_adaptive_;
   const Prepare prepare_;
-  std::map<std::vector<int>, Region> regions_;
+  RegionProblems regions_;
+  std::map<std::vector<int>, std::unique_ptr<Solver>> solvers_;  // of regions_
 
   // Of the present run.
   Settings settings_;
-  Solution total_;
+  Solution total_;  // up to the present state
   std::vector<int> signs_;
   std::vector<ContactMode> modes_;  // at the end of the last piece; empty if the method has no modes
-  Vector q_, v_;
-  Matrix of_start_;       // 2 n_q x n_theta: what the formulas of the initial state depend on parameters
-  Matrix S_;              // 2 n_q x n_theta
-  Matrix of_parameters_;  // varied parameters x n_theta, zeros and ones
+  Matrix of_start_;                 // 2 n_q x n_theta: what the formulas of the initial state depend on parameters
+  Matrix S_;                        // 2 n_q x n_theta
+  Matrix of_parameters_;            // varied parameters x n_theta, zeros and ones
   std::vector<std::string> piece_variables_;  // of the runs of pieces: q0, v0, the varied parameters
-  double t_ = 0, T_ = 0, last_crossing_ = -1;
+  double T_ = 0, last_crossing_ = -1;
   int crossings_ = 0;  // at the same time
 };
 

@@ -129,8 +129,7 @@ SwitchedModel with_switching_functions(const SymbolicModel& model) {
   SymbolicModel searched = model;
   for_each_formula(searched, [&](const ex& e) {
     has_time = has_time || e.has(model.t);
-    for (auto part = e.preorder_begin(); part != e.preorder_end() && !has_branches; ++part)
-      has_branches = !branch_function(*part).empty();
+    has_branches = has_branches || may_bend(e);
   });
   if (!has_branches) return result;
   result.model = std::move(searched);

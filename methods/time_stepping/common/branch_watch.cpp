@@ -14,7 +14,6 @@ BranchWatch::BranchWatch(const Problem& problem) : problem_(problem) {
   const auto n_s = std::ssize(problem.info().switches);
   left_.setZero(n_s);
   psi_.setZero(n_s);
-  psi_x_.setZero(n_s, 2 * problem.n_q() + std::ssize(problem.info().parameters));
 }
 
 void BranchWatch::begin(const Vector& q, const Vector& v) {
@@ -25,11 +24,9 @@ bool BranchWatch::changes(const Vector& q, const Vector& v) {
   if (psi_.size() == 0) return false;
   problem_.switching(q.data(), v.data(), psi_.data());
   if ((left_.array() * psi_.array() >= 0).all()) return false;
-  problem_.switching_derivative(q.data(), v.data(), psi_x_.data());
+  const Vector size = problem_.switching_sizes(q, v);
   for (Eigen::Index k = 0; k < psi_.size(); ++k) {
-    const double size = psi_x_.row(k).head(q.size()).cwiseAbs().dot((1 + q.array().abs()).matrix()) +
-                        psi_x_.row(k).segment(q.size(), q.size()).cwiseAbs().dot((1 + v.array().abs()).matrix());
-    if (left_[k] * psi_[k] < 0 && std::min(std::abs(left_[k]), std::abs(psi_[k])) > kRoundedZero * size) return true;
+    if (left_[k] * psi_[k] < 0 && std::min(std::abs(left_[k]), std::abs(psi_[k])) > kRoundedZero * size[k]) return true;
   }
   return false;
 }

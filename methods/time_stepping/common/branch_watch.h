@@ -17,7 +17,6 @@ class BranchWatch {
  private:
   const Problem& problem_;
   Vector left_, psi_;  // n_s
-  Matrix psi_x_;       // n_s x (2 n_q + parameters)
 };
 
 }  // namespace ricochet
