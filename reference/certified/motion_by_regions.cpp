@@ -70,7 +70,7 @@ void MotionByRegions::start() {
   if (sensitivities_ && signs_.empty()) motion_->follow(*sensitivities_);
 }
 
-/// By (7).
+/// Chooses the signs of functions that are zero at the start by (7).
 void MotionByRegions::start_on_borders(Signs signs, const std::vector<int>& zero) {
   constexpr std::size_t kMost = 4;  // borders
   const auto doubt = [&](std::size_t k) {

@@ -65,7 +65,7 @@ struct Border {
 
 struct RegionFormulas;  // scene_formulas.cpp
 
-/// What differs between two regions, by their formulas, everywhere or on the border psi_k = 0 between them.
+/// Differences between the formulas of two regions: everywhere, or on the border psi_k = 0 between them.
 struct RegionChange {
   struct OfContact {
     bool same_everywhere = true;  ///< gap, tangents and drives
@@ -95,8 +95,8 @@ struct SceneFormulas {
   std::vector<Ball> values;          ///< of the parameters
   std::vector<Node> start_formulas;  ///< q0, then v0
   Node end_time_formula = -1;        ///< T
-  /// Whether the gap of a contact, also v_n, also v_t, stay zero at t = 0 if one variable changes: q0, v0 or a parameter,
-  /// counted in this order.
+  /// Whether the gap of a contact, also v_n, also v_t, stay zero at t = 0 if one variable changes: q0, v0 or a
+  /// parameter, counted in this order.
   std::function<bool(int contact, int variable, bool with_v_n, bool with_v_t)> stays_zero;
   std::function<ContactPair(int i, int j)> compare;              ///< Contacts i and j.
   int n_c() const { return static_cast<int>(contacts.size()); }  ///< Contacts.
@@ -110,7 +110,7 @@ struct SceneFormulas {
 SceneFormulas scene_formulas(const Problem& problem, Reading reading, SeriesProgram& program,
                              bool parameters_vary = false);
 
-/// What differs between two regions of one scene. @param border  k of the border between them; -1: none
+/// Compares the formulas of two regions of one scene. @param border  k of the border between them; -1: none
 RegionChange change_between(const SceneFormulas& one, const SceneFormulas& other, int border);
 
 }  // namespace ricochet::reference::certified

@@ -131,7 +131,7 @@ void Sensitivities::add_rate(const std::vector<Ball>& x, bool backwards) {
   }
 }
 
-/// By q, v, t and p at the state in the program.
+/// The derivatives of f with respect to q, v, t and p, at the state that the program holds.
 std::vector<Ball> Sensitivities::gradient(Node f) {
   std::vector<Ball> slopes;
   for (const Node x : variables_) slopes.push_back(program_.value_of(program_.derivative(f, x)));

@@ -12,8 +12,8 @@
 
 namespace ricochet::reference::certified {
 
-/// Encloses S = dx/dtheta, x = (q, v), one column per theta: q0, v0 and the parameters p. It follows a HybridMotion in a
-/// program of its own, in which the parameters are variables, with the formulas of the same modes.
+/// Encloses S = dx/dtheta, x = (q, v), one column per theta: q0, v0 and the parameters p. It follows a HybridMotion in
+/// a program of its own, in which the parameters are variables, with the formulas of the same modes.
 ///
 /// On a smooth piece with x' = f(x, t, p) = (v, a)
 ///
@@ -30,29 +30,30 @@ namespace ricochet::reference::certified {
 ///     dx+ = R_x dx- + R_t dtau + R_p                                                                               (4)
 ///     S+ = dx+ - f+ dtau                                                                                           (5)
 ///
-/// since dx-+ are the derivatives of the states at the time tau(theta). State and time of the event are known up to small
-/// balls that contain the true ones; the right-hand sides are evaluated on these balls, so that they contain the true S+.
+/// since dx-+ are the derivatives of the states at the time tau(theta). State and time of the event are known up to
+/// small balls that contain the true ones; the right-hand sides are evaluated on these balls, so that they contain the
+/// true S+.
 ///
-/// An impact has y = (v+, Lambda) as the solution of r(y, q, v-, t, p) = 0, the equations of the contacts that receive an
-/// impulse:
+/// An impact has y = (v+, Lambda) as the solution of r(y, q, v-, t, p) = 0, the equations of the contacts that receive
+/// an impulse:
 ///
-///     M (v+ - v-) - sum_j c_j Lambda_j = 0,   w+ = -e w- or 0,   v_t+ = 0 where the contact sticks                  (6)
+///     M (v+ - v-) - sum_j c_j Lambda_j = 0,   w+ = -e w- or 0,   v_t+ = 0 where the contact sticks                 (6)
 ///     dy = -r_y^-1 (r_q dq + r_v dv- + r_t dtau + r_p)                                                             (7)
 ///
 /// At the end, the time of which may depend on p,
 ///
 ///     dx = S + f dT                                                                                                (8)
 ///
-/// Why S is the derivative of motions: for all theta near the given one there is a motion with the same events and modes.
-/// What the decisions require holds strictly, so that it holds for small changes: gaps, forces, distances to friction
-/// limits and slip velocities are positive between events; leading coefficients that are zero after an event are so by
-/// its kind, for every theta; in impacts the inequalities of the law are strict; roots are simple, g_x f- + g_t != 0. A
-/// row of redundant contacts that is left out holds for every theta if its formula contains velocities only that the
-/// other rows keep zero. Where one of these is not proven, refuse() states why.
+/// Why S is the derivative of motions: for all theta near the given one there is a motion with the same events and
+/// modes. The decisions require strict inequalities, which small changes do not violate: gaps, forces, distances to
+/// friction limits and slip velocities are positive between events; leading coefficients that are zero after an event
+/// are so by its kind, for every theta; in impacts the inequalities of the law are strict; roots are simple, g_x f- +
+/// g_t != 0. A row of redundant contacts that is left out holds for every theta if its formula contains velocities only
+/// that the other rows keep zero. Where one of these is not proven, refuse() states why.
 ///
-/// At t = 0 contacts touch, rest or stick. A theta that changes this has no derivative: the contact opens, hits or slips
-/// for one sign of the change only. So gap, v_n and v_t must stay zero exactly, by formulas; otherwise the column has a
-/// reason in place of numbers. So has a parameter on which e = 0 or mu = 0 depends.
+/// At t = 0 contacts touch, rest or stick. A theta that changes this has no derivative: the contact opens, hits or
+/// slips for one sign of the change only. So gap, v_n and v_t must stay zero exactly, by formulas; otherwise the column
+/// has a reason in place of numbers. So has a parameter on which e = 0 or mu = 0 depends.
 class Sensitivities {
  public:
   /// @param seconds  wall time of everything here [s]
