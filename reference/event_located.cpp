@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "reference/bracketed_root.h"
 #include "reference/contact_dynamics.h"
 #include "reference/contact_laws.h"
 #include "reference/flights.h"
@@ -33,13 +34,15 @@ class EventLocatedRun {
         scales_(problem),
         dynamics_(problem),
         slips_(problem, scales_, dynamics_, settings.tolerance),
-        flights_(problem, scales_, settings.tolerance, settings.zeno_interval * problem.info().end_time),
+        flights_(problem, scales_, settings.tolerance, settings.zeno_interval * problem.info().end_time,
+                 settings.in_flight),
         motion_(problem, scales_, settings, dynamics_, slips_, flights_),
         watch_(problem, scales_, settings.tolerance, dynamics_, slips_, flights_, motion_),
         mode_changes_(problem, scales_, settings.tolerance, dynamics_, slips_, flights_, motion_),
         begin_(Clock::now()) {}
 
   Solution run();
+  std::vector<char> in_flight() const { return flights_.in_flight(); }
 
  private:
   using Clock = std::chrono::steady_clock;
@@ -49,6 +52,7 @@ class EventLocatedRun {
   bool check_limits(double t, Solution& solution);
   std::string holding_up(const Solution& solution) const;
   void record(double from, double t, Solution& solution);
+  double border_zero(double from, double to, int k);
   void restart(double t, Solution& solution);
   double longest_step(double t, const Solution& solution);
   const std::string& name(int i) const { return problem_.info().contacts[i].name; }
@@ -162,6 +166,17 @@ void EventLocatedRun::record(double from, double t, Solution& solution) {
                       [&](double s, Vector& q, Vector& v) { motion_.load(s < 1 ? from + s * (t - from) : t, q, v); });
 }
 
+/// The time at which sigma_k psi_k vanishes within the last step, which ended where it is -delta_k (regions.h (1)); `to`
+/// if the step began beyond the border [s]
+double EventLocatedRun::border_zero(double from, double to, int k) {
+  Vector q, v;
+  const auto psi = [&](double t) {
+    motion_.load(t, q, v);
+    return motion_.inside(k, q, v);
+  };
+  return psi(from) > 0 ? bracketed_root(psi, from, to) : to;
+}
+
 void EventLocatedRun::restart(double t, Solution& solution) {
   motion_.count(solution.counters);
   motion_.restart(t, solution.q, solution.v);
@@ -208,6 +223,10 @@ Solution EventLocatedRun::run() {
         solution.t = t = *root;
         motion_.load(t, solution.q, solution.v);
       }
+      if (solution.exit.function >= 0) {
+        solution.t = t = border_zero(from, t, solution.exit.function);
+        motion_.load(t, solution.q, solution.v);
+      }
       record(from, t, solution);
       if (!check_gaps(t, solution)) break;
       if (problem_.info().has_friction() && !check_friction(t, found, solution)) break;
@@ -238,12 +257,14 @@ Solution EventLocatedRun::run() {
 
 }  // namespace
 
-Solution integrate_in_region(const Problem& problem, const EventLocatedSettings& settings) {
-  return EventLocatedRun(problem, settings).run();
+RegionPiece integrate_in_region(const Problem& problem, const EventLocatedSettings& settings) {
+  EventLocatedRun run(problem, settings);
+  Solution solution = run.run();
+  return {std::move(solution), run.in_flight()};
 }
 
 Solution integrate_event_located(const Problem& problem, const EventLocatedSettings& settings) {
-  Solution solution = problem.info().switches.empty() ? integrate_in_region(problem, settings)
+  Solution solution = problem.info().switches.empty() ? integrate_in_region(problem, settings).solution
                                                       : integrate_by_regions(problem, settings);
   fail_where_bound_is_negative(problem, 0, solution);
   return solution;

@@ -13,8 +13,9 @@ struct EventLocatedSettings {
   double time_limit = 0;        ///< wall time [s]; 0 is none
   long max_steps = 10'000'000;  ///< of the integrator, over the whole run
   long max_events = 100'000;
-  bool records_motion = false;  ///< fills Solution::motion with the integrator's own interpolation
-  Vector border_offset = {};    ///< of a region: n_s, delta of regions.h (1)
+  bool records_motion = false;       ///< fills Solution::motion with the integrator's own interpolation
+  Vector border_offset = {};         ///< of a region: n_s, delta of regions.h (1)
+  std::vector<char> in_flight = {};  ///< by contact, of the region before (Flights::in_flight()); empty for the first
   double zeno_interval = 1e-9;  ///< impacts of one contact closer than this fraction of end_time are an accumulation
 };
 

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 #include <fmt/ranges.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "reference/stop.h"
@@ -17,6 +18,14 @@ constexpr double kShortFlight = 1e-3;
 constexpr double kErrors = 10;
 
 }  // namespace
+
+std::vector<char> Flights::in_flight() const {
+  std::vector<char> flies = in_flight_;
+  for (std::size_t i = 0; i < flies.size(); ++i) {
+    if (offset_[static_cast<Eigen::Index>(i)] > 0) flies[i] = false;
+  }
+  return flies;
+}
 
 double Flights::closing_time(double gap, double rate, double a) {
   if (a == 0) return rate < 0 ? -gap / rate : INFINITY;
@@ -40,7 +49,9 @@ void Flights::start(double t, const Vector& q, const Vector& v, const Vector& a,
   const Vector acceleration_size = J.cwiseAbs().transpose() * a.cwiseAbs() + bias.cwiseAbs();
   for (const int i : problem_.info().unilateral) {
     const bool is_open = !is_closed(modes[i]), at_surface = is_open && gap[i] <= low_[i];
-    const bool just_opens = at_surface && std::abs(rate[i]) <= kSame * rate_size[i];
+    const bool is_above = in_flight_[i] && offset_[i] == 0 && gap[i] > flat_[i];  // also at the top of its flight
+    const bool just_opens = at_surface && !is_above && std::abs(rate[i]) <= kSame * rate_size[i];
+    in_flight_[i] = is_open;
     offset_[i] = just_opens ? low_[i] : 0;
     moves_along_[i] = just_opens && std::abs(acceleration[i]) <= kSame * acceleration_size[i];
     height_[i] = at_surface && !just_opens && rate[i] > 0 ? -0.5 * rate[i] * rate[i] / acceleration[i] : 0;
@@ -63,7 +74,7 @@ bool Flights::accumulates(int i, double t) {
   const double interval = last_impact_[i] >= 0 ? t - last_impact_[i] : INFINITY;
   last_impact_[i] = t;
   return interval < zeno_interval_ ||
-         (height_[i] > 0 && height_[i] < flat_[i] && interval < kAccumulation * zeno_interval_);
+         (height_[i] > 0 && std::max(height_[i], rebound_[i]) < flat_[i] && interval < kAccumulation * zeno_interval_);
 }
 
 bool Flights::stop_accumulation(double t, Solution& solution) const {

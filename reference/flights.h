@@ -42,16 +42,20 @@ namespace ricochet::reference {
 class Flights {
  public:
   /// @param zeno_interval  impacts of one contact at shorter intervals are an accumulation [s]
-  Flights(const Problem& problem, const Scales& scales, double tolerance, double zeno_interval)
+  /// @param in_flight  in_flight() of the run that this one continues; empty if it continues none
+  Flights(const Problem& problem, const Scales& scales, double tolerance, double zeno_interval,
+          const std::vector<char>& in_flight = {})
       : problem_(problem),
         scales_(scales),
         tolerance_(tolerance),
         zeno_interval_(zeno_interval),
         offset_(Vector::Zero(problem.n_c())),
         height_(Vector::Zero(problem.n_c())),
+        rebound_(height_),
         low_(height_),
         flat_(kTouching * scales.gap(problem.normal_jacobian(problem.info().q0), problem.info().q0)),
         moves_along_(problem.info().contacts.size(), false),
+        in_flight_(in_flight.empty() ? moves_along_ : in_flight),
         last_impact_(problem.info().contacts.size(), -1) {}
 
   /// First t > 0 of (1) for a gap that is open, or zero and opening; infinite if it never closes [s].
@@ -73,13 +77,17 @@ class Flights {
     return !moves_along_[i] && last_impact_[i] >= 0 && t - last_impact_[i] < kAccumulation * zeno_interval_;
   }
 
+  /// By contact: it has left. At the top of its flight its rate vanishes, and its gap is no error.
+  std::vector<char> in_flight() const;
+
   /// Offset of (2); zero for contacts that have left, and for closed ones.
   const Vector& offset() const { return offset_; }
 
   /// Whether (3) holds. @param rate, a  of the gap before the impact
-  bool is_last(int i, double rate, double a) const {
+  bool is_last(int i, double rate, double a) {
     const double eps_r = problem_.info().contacts[i].eps_r, rebound = eps_r * rate;
-    return eps_r > 0 && eps_r < 1 && a < 0 && rebound * rebound <= -2 * a * flat_[i];
+    rebound_[i] = a < 0 ? rebound * rebound / (-2 * a) : 0;
+    return eps_r > 0 && eps_r < 1 && a < 0 && rebound_[i] <= flat_[i];
   }
 
   /// (4)
@@ -93,7 +101,7 @@ class Flights {
   double first_step() const { return shortest_ / 10; }
 
   /// Records the impact of contact i at t, after start(). @return whether its impacts accumulate: they follow too
-  /// closely, or the contact bounced recently and the height of its next flight is rounding
+  /// closely, or the contact bounced recently and the height of its next flight is rounding, also with the acceleration of (3)
   bool accumulates(int i, double t);
   /// Ends the run at t [s]: the impacts of contacts accumulate. @return false
   bool stop_accumulation(double t, Solution& solution) const;
@@ -108,8 +116,10 @@ class Flights {
   const double zeno_interval_;
   Vector offset_;                    // n_c [m]
   Vector height_;                    // n_c, of flights that began with the last event at the surface, else 0 [m]
+  Vector rebound_;                   // n_c, (3) of the last impact [m]
   Vector low_, flat_;                // n_c, heights of errors and of rounding [m]
   std::vector<char> moves_along_;    // by contact
+  std::vector<char> in_flight_;      // open after the last event
   std::vector<double> last_impact_;  // [s]
   double t_ = 0, shortest_ = 0;      // [s]; 0 where no flight is short
 };

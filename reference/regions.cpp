@@ -131,6 +131,7 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
   };
   set_signs(false);
   std::vector<ContactMode> modes;
+  std::vector<char> in_flight;
   auto next_time = times.begin();
   int crossings = 0;
   double last_crossing = -1;
@@ -145,9 +146,11 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
       beyond[static_cast<std::size_t>(k)] *= -1;
       return regions.at(beyond);
     });
-    Solution piece = integrate_in_region(here, of_region);
-    const int border = piece.exit.function;
-    append(info, std::move(piece), whole, modes);
+    of_region.in_flight = in_flight;
+    RegionPiece piece = integrate_in_region(here, of_region);
+    in_flight = std::move(piece.in_flight);
+    const int border = piece.solution.exit.function;
+    append(info, std::move(piece.solution), whole, modes);
     if (!whole.succeeded()) break;
     if (border < 0) {
       whole.t = until;

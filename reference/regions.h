@@ -9,15 +9,19 @@ namespace ricochet::reference {
 ///
 ///     sigma_k psi_k(q, v) + delta_k,   delta_k = max(1e-13, tolerance / 10) of the terms of psi_k                  (1)
 ///
-/// which is positive while psi_k is a rounded zero. Where a formula only bends, delta_k is larger: the largest power
+/// which is positive while psi_k is a rounded zero, and goes back to the zero of psi_k in that step. Where a formula only bends, delta_k is larger: the largest power
 /// of ten for which the accelerations of both sides differ, at |psi_k| = delta_k, by less than tolerance / 100 of
 /// their size. So the last bounces of a body with drag happen in one region. Zeros of functions of time alone are end
 /// times of the runs before them. If both sides of a border lead back to it, the run ends with Status::infeasible and
 /// the formula. Uses nothing of methods/.
 Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings& settings);
 
-/// The run within one region, or of a problem without switching functions (event_located.cpp). Solution::exit names the
-/// function that ended it; the state is that at the border.
-Solution integrate_in_region(const Problem& problem, const EventLocatedSettings& settings);
+struct RegionPiece {
+  Solution solution;            ///< `exit` names the function that ended it; the state is that at the border
+  std::vector<char> in_flight;  ///< by contact, at its end (Flights::in_flight())
+};
+
+/// The run within one region, or of a problem without switching functions (event_located.cpp).
+RegionPiece integrate_in_region(const Problem& problem, const EventLocatedSettings& settings);
 
 }  // namespace ricochet::reference

@@ -144,6 +144,12 @@ int SmoothMotion::border_at_end(StepEnd end) const {
   return -1;
 }
 
+double SmoothMotion::inside(int k, const Vector& q, const Vector& v) const {
+  Vector psi(n_s_);
+  problem_.switching(q.data(), v.data(), psi.data());
+  return problem_.info().region[k] * psi[k];
+}
+
 int SmoothMotion::border_passed(const Vector& q, const Vector& v) const {
   Vector values(n_s_);
   if (n_s_ > 0) set_borders(q.data(), v.data(), values.data());

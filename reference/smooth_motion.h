@@ -59,6 +59,8 @@ class SmoothMotion final : public SmoothSystem {
   Roots roots_at_end(StepEnd end, const Vector& q, const Vector& v) const;
   /// The switching function of a region that reached its border at the end of the step; -1: none.
   int border_at_end(StepEnd end) const;
+  /// sigma_k psi_k of a region.
+  double inside(int k, const Vector& q, const Vector& v) const;
   /// The one that is beyond its border at (q, v); -1: none.
   int border_passed(const Vector& q, const Vector& v) const;
   Roots no_roots() const { return Roots(static_cast<std::size_t>(n_c_)); }
