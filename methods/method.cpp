@@ -8,6 +8,7 @@
 #include <optional>
 
 #include "methods/regions/region_run.h"
+#include "methods/regions/until_run.h"
 #include "methods/step_check.h"
 #include "problems/input_error.h"
 
@@ -65,6 +66,11 @@ bool runs_by_regions(const MethodInfo& method, const ProblemInfo& problem) {
   return method.has_regions && !problem.switches.empty();
 }
 
+/// Whether Method has to end the run where ProblemInfo::until vanishes.
+bool needs_until(const MethodInfo& method, const ProblemInfo& problem) {
+  return problem.until >= 0 && !method.has_regions && !method.ends_runs;
+}
+
 /// The settings of a run: events are recorded where complete() looks at them.
 Settings with_events(Settings settings, const ProblemInfo& problem) {
   if (problem.n_friction_elements > 0) settings.recording = std::max(settings.recording, Recording::events);
@@ -91,6 +97,8 @@ Support Method::can_run(const ProblemInfo& problem) const {
   const auto law = problem.impact_law.hypothesis;
   if (const auto known = info().impact_laws; std::ranges::find(known, law) == known.end())
     return Support::no(fmt::format("impacts of the scene obey the law {}, which it does not have", name_of(law)));
+  if (needs_until(info(), problem) && !info().keeps_samples)
+    return Support::no("it has no steps at which a run could end where a formula vanishes");
   return supports(problem);
 }
 
@@ -103,7 +111,11 @@ Solution Method::solve(const Problem& problem, const Settings& settings) const {
   require_support(problem.info());
   if (runs_by_regions(info(), problem.info())) return prepare(problem)->solve(settings);
   check(info(), problem.info(), settings);
-  Solution solution = guarded(problem, [&] { return do_solve(problem, with_events(settings, problem.info())); });
+  const Settings with = with_events(settings, problem.info());
+  Solution solution = guarded(problem, [&] {
+    if (!needs_until(info(), problem.info())) return do_solve(problem, with);
+    return run_until(problem, with, [&](const Problem& of, const Settings& s) { return do_solve(of, s); });
+  });
   complete(info(), problem, settings, solution);
   return solution;
 }
@@ -124,6 +136,10 @@ class Method::CheckedSolver final : public Solver {
     const Settings with = with_events(settings, problem_.info());
     Solution solution = guarded(problem_, [&] {
       if (regions_) return regions_->solve(with);
+      if (needs_until(info_, problem_.info()))
+        return run_until(problem_, with, [&](const Problem& of, const Settings& s) {
+          return solver_ && &of == &problem_ ? solver_->solve(s) : method_.do_solve(of, s);
+        });
       return solver_ ? solver_->solve(with) : method_.do_solve(problem_, with);
     });
     complete(info_, problem_, settings, solution);

@@ -21,6 +21,8 @@ enum class Recording {
   motion        ///< Solution::motion, the states between them
 };
 
+class UntilWatch;  // methods/regions/until_run.h
+
 /// How a run is discretised and how exactly its inner problems are solved: three separate kinds of settings.
 struct Settings {
   // Discretisation. A fixed-step method reads `steps`, an error-controlled one `tolerance`.
@@ -37,8 +39,9 @@ struct Settings {
   /// values, "param:NAME" for a parameter, which the initial values may depend on.
   std::vector<std::string> sensitivities;
   bool stays_in_region =
-      false;           ///< end where a step leaves the region of the problem: Solution::exit; set by RegionRun
-  bool audit = false;  ///< evaluate every equation of the method after each step: Solution::residuals
+      false;                    ///< end where a step leaves the region of the problem: Solution::exit; set by RegionRun
+  UntilWatch* until = nullptr;  ///< asked after each step whether the run ends there; set by Method
+  bool audit = false;           ///< evaluate every equation of the method after each step: Solution::residuals
 };
 
 /// Properties that a method claims, for reports; tests compare its orders with measured ones.
@@ -57,6 +60,8 @@ struct MethodInfo {
   /// It ends runs where they leave their region, and follows formulas that bend or jump region by region (RegionRun).
   /// Other methods evaluate the branch that holds at each point.
   bool has_regions = false;
+  /// It ends runs itself where ProblemInfo::until vanishes. For other methods, Method does that.
+  bool ends_runs = false;
   /// A step allocates no memory: what a run allocates depends on its events, not on its steps.
   bool is_allocation_free = false;
 };

@@ -53,6 +53,10 @@ void Motion::acceleration_within(std::size_t piece, double s, Vector& a) const {
   a = interpolated(slopes, s) / (of.end - of.begin);
 }
 
+void Motion::cut(double t) {
+  std::erase_if(pieces_, [&](const Piece& piece) { return 0.5 * (piece.begin + piece.end) > t; });
+}
+
 void Motion::append(const Motion& other, double shift) {
   for (Piece piece : other.pieces_) {
     piece.begin += shift;

@@ -43,6 +43,9 @@ class Motion {
   /// Appends all pieces of another motion `other`, `shift` later [s].
   void append(const Motion& other, double shift);
 
+  /// Removes the pieces after `t`, the end of one of them [s].
+  void cut(double t);
+
   bool empty() const { return pieces_.empty(); }                             ///< Whether nothing was recorded.
   std::size_t n_pieces() const { return pieces_.size(); }                    ///< At least one for each step.
   double begin() const { return pieces_.front().begin; }                     ///< Start of the motion [s], if not empty.

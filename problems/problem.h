@@ -77,6 +77,7 @@ struct ProblemInfo {
 
   std::vector<SwitchInfo> switches;  ///< n_s, of formulas with abs, sign, min, max or if; empty in a region
   std::vector<int> region;           ///< of a problem that is one region of another: n_s signs; else empty
+  int until = -1;                    ///< of `switches`: a run ends where it vanishes first after the start; -1: none
 
   ImpactLaw impact_law;                      ///< methods support it or decline the scene
   std::shared_ptr<const Geometry> geometry;  ///< the bodies and their shapes; null if the scene states none
@@ -266,6 +267,9 @@ class Problem {
   /// Takes milliseconds, and formulas_mutex() to make and to destroy it. Null if the problem has no switching
   /// functions.
   virtual std::unique_ptr<Problem> in_region([[maybe_unused]] std::span<const int> signs) const { return nullptr; }
+  /// The problem whose runs end at the end time only. Takes milliseconds, and formulas_mutex(). Null if it has no
+  /// formulas.
+  virtual std::unique_ptr<Problem> without_until() const { return nullptr; }
 
   /// The scene as formulas, which can be varied, written and proven; null where it has none.
   virtual const SymbolicModel* formulas() const { return nullptr; }

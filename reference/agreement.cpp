@@ -34,8 +34,9 @@ double sensitivity_difference(const Solution& solution, const Solution& referenc
 }
 
 double Reference::error_of(const Solution& other) const {
-  return solution.dq.size() > 0 ? sensitivity_difference(other, solution)
-                                : final_state_difference(other.q, other.v, solution.q, solution.v);
+  if (solution.dq.size() > 0) return sensitivity_difference(other, solution);
+  const double of_state = final_state_difference(other.q, other.v, solution.q, solution.v);
+  return ends_early ? std::max(of_state, std::abs(other.t - solution.t)) : of_state;
 }
 
 double Reference::size() const {
@@ -123,6 +124,7 @@ Reference make_reference(const Problem& problem, double tolerance) {
   };
   Reference reference;
   reference.solution = run(adams, tolerance);
+  reference.ends_early = problem.info().until >= 0;
   const Solution others[] = {run(adams, 10 * tolerance), run(bdf, tolerance), run(bdf, 10 * tolerance)};
 
   const Solution& best = reference.solution;

@@ -11,11 +11,12 @@ namespace ricochet::reference {
 
 /// A reference solution and its uncertainty.
 struct Reference {
-  Solution solution;       ///< of the tighter Adams run, or a ground truth, which may have sensitivities
-  double uncertainty = 0;  ///< claimed bound of the max-norm error of the final (q, v) and of the event times, except
-                           ///< those of an accumulation
-  std::string how;         ///< origin, one line
-  bool is_truth = false;   ///< proven, or known to many digits: a solution that differs by more than its claim is wrong
+  Solution solution;        ///< of the tighter Adams run, or a ground truth, which may have sensitivities
+  double uncertainty = 0;   ///< claimed bound of the max-norm error of the final (q, v) and of the event times, except
+                            ///< those of an accumulation
+  bool ends_early = false;  ///< where ProblemInfo::until vanishes: the time of the end counts like a coordinate
+  std::string how;          ///< origin, one line
+  bool is_truth = false;  ///< proven, or known to many digits: a solution that differs by more than its claim is wrong
 
   /// "truth proven to 22 decimals", "truth reference/data/ground_truth.json", "reference CVODE with event location"
   std::string title() const;

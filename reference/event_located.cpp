@@ -52,7 +52,7 @@ class EventLocatedRun {
   bool check_limits(double t, Solution& solution);
   std::string holding_up(const Solution& solution) const;
   void record(double from, double t, Solution& solution);
-  double border_zero(double from, double to, int k);
+  void go_to_border(double from, double& t, int k, Solution& solution);
   void restart(double t, Solution& solution);
   double longest_step(double t, const Solution& solution);
   const std::string& name(int i) const { return problem_.info().contacts[i].name; }
@@ -166,15 +166,36 @@ void EventLocatedRun::record(double from, double t, Solution& solution) {
                       [&](double s, Vector& q, Vector& v) { motion_.load(s < 1 ? from + s * (t - from) : t, q, v); });
 }
 
-/// The time at which sigma_k psi_k vanishes within the last step, which ended where it is -delta_k (regions.h (1)); `to`
-/// if the step began beyond the border [s]
-double EventLocatedRun::border_zero(double from, double to, int k) {
+/// Goes from the root with the offset delta_k (regions.h (1)), at t, back to the zero of psi_k. It lies in the last step, or
+/// before it by a time d, for which
+///
+///     q + v d + a d^2 / 2,   v + a d                                                                         (2)
+///
+/// is accurate if d^2 is below the tolerance. If d is longer, both sides of the border have the same motion.
+void EventLocatedRun::go_to_border(double from, double& t, int k, Solution& solution) {
   Vector q, v;
-  const auto psi = [&](double t) {
-    motion_.load(t, q, v);
+  const auto in_step = [&](double time) {
+    motion_.load(time, q, v);
     return motion_.inside(k, q, v);
   };
-  return psi(from) > 0 ? bracketed_root(psi, from, to) : to;
+  if (in_step(from) > 0) {
+    solution.t = t = bracketed_root(in_step, from, t);
+    motion_.load(t, solution.q, solution.v);
+    return;
+  }
+  if (!motion_.accelerate(solution.q, solution.v)) return;
+  const auto shifted = [&](double d) {
+    q = solution.q + d * solution.v + 0.5 * d * d * motion_.acceleration();
+    v = solution.v + d * motion_.acceleration();
+    return motion_.inside(k, q, v);
+  };
+  const double longest = std::sqrt(settings_.tolerance) * problem_.info().end_time;
+  if (!(shifted(-longest) > 0)) return;
+  const double d = bracketed_root(shifted, -longest, 0);
+  shifted(d);
+  solution.t = t = std::max(0.0, t + d);
+  solution.q = q;
+  solution.v = v;
 }
 
 void EventLocatedRun::restart(double t, Solution& solution) {
@@ -223,10 +244,7 @@ Solution EventLocatedRun::run() {
         solution.t = t = *root;
         motion_.load(t, solution.q, solution.v);
       }
-      if (solution.exit.function >= 0) {
-        solution.t = t = border_zero(from, t, solution.exit.function);
-        motion_.load(t, solution.q, solution.v);
-      }
+      if (solution.exit.function >= 0) go_to_border(from, t, solution.exit.function, solution);
       record(from, t, solution);
       if (!check_gaps(t, solution)) break;
       if (problem_.info().has_friction() && !check_friction(t, found, solution)) break;

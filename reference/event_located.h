@@ -24,6 +24,8 @@ struct EventLocatedSettings {
 /// finds impacts that start and end within one step. Mode decisions come from ContactLaws and use nothing of methods/.
 /// Every threshold is a fraction of a size of Scales.
 ///
+/// Ends where ProblemInfo::until vanishes.
+///
 /// Ends early with Status::step_limit at an accumulation of impacts of several contacts (Zeno), at max_steps or
 /// max_events, and if 20 000 steps advance the time by less than 1e-6 of the end time; the message names the contacts.
 /// Ends with Status::inner_solver_failed if no combination of contact modes fits ("inconsistent"), if several with

@@ -30,6 +30,7 @@ struct Proof {
   std::string grade;
   int decimals = 0;
   Vector q, v;                  ///< of the bodies
+  double t = 0;                 ///< of the end [s]
   double radius = 0;            ///< largest, of q and v
   std::optional<double> moved;  ///< max|x - x_rounded| of (1), if it is proven
 };
@@ -63,8 +64,13 @@ std::optional<Proof> new_proof(const Problem& problem, double max_seconds) {
   const CertifiedMotion motion =
       certified::certified_motion(problem, {.digits = kDigits, .max_seconds = max_seconds, .may_compute = false});
   if (!is_certain(motion)) return std::nullopt;
-  Proof proof{name_of(motion.grade), motion.decimals(),      rounded(motion.q),
-              rounded(motion.v),     largest_radius(motion), std::nullopt};
+  Proof proof{name_of(motion.grade),
+              motion.decimals(),
+              rounded(motion.q),
+              rounded(motion.v),
+              std::strtod(motion.end_time.text.c_str(), nullptr),
+              std::max(largest_radius(motion), problem.info().until < 0 ? 0.0 : motion.end_time.radius),
+              std::nullopt};
   proof.moved = certified::moved_by_rounding(
       problem, motion, {.digits = kDigits, .max_seconds = std::max(0.1, max_seconds - motion.seconds)});
   return proof;
@@ -79,13 +85,18 @@ Vector vector_of(const json& numbers) {
 
 std::optional<Proof> stored_proof(const Problem& problem) {
   static const json document = json::parse(kStoredProofs);
-  if (!certified::is_small(problem) || !problem.formulas()) return std::nullopt;
+  if (!certified::is_small(problem) || !problem.formulas() || problem.info().until >= 0) return std::nullopt;
   const std::string hash = hash_of_formulas(problem);
   const auto& proofs = document.at("proofs");
   const auto known =
       std::ranges::find_if(proofs, [&](const json& entry) { return entry.at("formulas_sha256") == hash; });
   if (known == proofs.end()) return std::nullopt;
-  Proof proof{known->at("grade"), known->at("decimals"), vector_of(known->at("q")), vector_of(known->at("v")), 0,
+  Proof proof{known->at("grade"),
+              known->at("decimals"),
+              vector_of(known->at("q")),
+              vector_of(known->at("v")),
+              problem.info().end_time,
+              0,
               std::nullopt};
   for (const char* list : {"q", "v"})
     for (const json& number : known->at(list)) proof.radius = std::max(proof.radius, number.at("radius").get<double>());
@@ -104,8 +115,10 @@ std::optional<Reference> proven_reference(const Problem& problem, double max_sec
   if (!proof) proof = new_proof(problem, max_seconds);
   if (!proof) return std::nullopt;
   Reference reference;
-  reference.solution.q = appended(proof->q, problem.info(), problem.info().end_time);
+  reference.solution.q = appended(proof->q, problem.info(), proof->t);
   reference.solution.v = appended(proof->v, problem.info(), 1);
+  reference.solution.t = proof->t;
+  reference.ends_early = problem.info().until >= 0;
   const double size = reference.size();
   reference.uncertainty = proof->radius + proof->moved.value_or(kRounding * size) + kEps * size;  // (1)
   reference.is_truth = proof->grade == "proven" && proof->moved;

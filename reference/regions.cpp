@@ -75,7 +75,9 @@ bool have_same_contacts(const Problem& here, const Problem& beyond, const Vector
 }
 
 /// delta of (1) at a state of a region. @param across(k)  the region beyond psi_k = 0
-Vector offsets_of(const Problem& here, const Vector& q, const Vector& v, double tolerance, const auto& across) {
+/// @param until  ProblemInfo::until, where formulas do not change but the run ends
+Vector offsets_of(const Problem& here, const Vector& q, const Vector& v, double tolerance, int until,
+                  const auto& across) {
   const Eigen::Index n = q.size(), n_s = std::ssize(here.info().region);
   Matrix D(n_s, 2 * n + std::ssize(here.info().parameters));
   here.switching_derivative(q.data(), v.data(), D.data());
@@ -87,7 +89,7 @@ Vector offsets_of(const Problem& here, const Vector& q, const Vector& v, double 
   for (Eigen::Index k = 0; k < n_s; ++k) {
     const Vector slope = D.row(k).head(2 * n);
     offsets[k] = std::max(kRoundedZero, 0.1 * tolerance) * size[k];
-    if (!(slope.squaredNorm() > 0)) continue;
+    if (!(slope.squaredNorm() > 0) || k == until) continue;
     Vector psi(n_s);
     here.switching(q.data(), v.data(), psi.data());
     const Problem& beyond = across(static_cast<int>(k));
@@ -130,6 +132,10 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
     }
   };
   set_signs(false);
+  bool starts_at_end = false;  // the function that ends the run is zero at the start
+  if (info.until >= 0)
+    starts_at_end = std::abs(functions_at(problem, whole.q, whole.v)[info.until]) <=
+                    kRoundedZero * problem.switching_sizes(whole.q, whole.v)[info.until];
   std::vector<ContactMode> modes;
   std::vector<char> in_flight;
   auto next_time = times.begin();
@@ -141,11 +147,12 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
     here.set_initial_state(whole.q, whole.v);
     here.set_end_time(until - begin);
     EventLocatedSettings of_region = settings;
-    of_region.border_offset = offsets_of(here, whole.q, whole.v, settings.tolerance, [&](int k) -> const Problem& {
-      std::vector<int> beyond = signs;
-      beyond[static_cast<std::size_t>(k)] *= -1;
-      return regions.at(beyond);
-    });
+    of_region.border_offset =
+        offsets_of(here, whole.q, whole.v, settings.tolerance, info.until, [&](int k) -> const Problem& {
+          std::vector<int> beyond = signs;
+          beyond[static_cast<std::size_t>(k)] *= -1;
+          return regions.at(beyond);
+        });
     of_region.in_flight = in_flight;
     RegionPiece piece = integrate_in_region(here, of_region);
     in_flight = std::move(piece.in_flight);
@@ -155,9 +162,12 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
     if (border < 0) {
       whole.t = until;
       if (next_time != times.end()) ++next_time;
+      const std::vector<int> before = signs;
       set_signs(true);
+      if (info.until >= 0 && signs[info.until] != before[info.until]) break;
       continue;
     }
+    if (border == info.until && (!starts_at_end || whole.t > kChatter * T)) break;
     crossings = last_crossing >= 0 && whole.t - last_crossing <= kChatter * T ? crossings + 1 : 1;
     last_crossing = whole.t;
     if (crossings > 2 * std::ssize(signs) + kMostCrossings) {

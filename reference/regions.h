@@ -12,7 +12,7 @@ namespace ricochet::reference {
 /// which is positive while psi_k is a rounded zero, and goes back to the zero of psi_k in that step. Where a formula only bends, delta_k is larger: the largest power
 /// of ten for which the accelerations of both sides differ, at |psi_k| = delta_k, by less than tolerance / 100 of
 /// their size. So the last bounces of a body with drag happen in one region. Zeros of functions of time alone are end
-/// times of the runs before them. If both sides of a border lead back to it, the run ends with Status::infeasible and
+/// times of the runs before them. The zero of ProblemInfo::until ends the run, but not if it is that of the start. If both sides of a border lead back to it, the run ends with Status::infeasible and
 /// the formula. Uses nothing of methods/.
 Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings& settings);
 

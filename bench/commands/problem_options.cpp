@@ -37,6 +37,10 @@ void ProblemOptions::add_problem(CLI::App& command) {
                   "keep an initial penetration of up to DEPTH metres and let the method resolve it")
       ->check(non_negative_number())
       ->excludes(moved);
+  command
+      .add_option("--until", until,
+                  "end the run where FORMULA of q[i], v[i], t and the parameters vanishes, such as 'q[1]-0.3'")
+      ->option_text("FORMULA");
   command.add_option("--impact-law", impact_law,
                      "replace the impact law of the scene: newton, poisson, routh, stronge or lzb");
 }
@@ -88,6 +92,7 @@ std::unique_ptr<Problem> ProblemOptions::make_problem() const {
   const double most = std::max(depth, kept_depth);
   auto made =
       scene.empty() ? ricochet::make_problem(problem, parameters, most) : read_scene_file(scene, parameters, most);
+  if (!until.empty()) made = with_until(*made, until);
   if (!impact_law.empty()) {
     ImpactLaw law = made->info().impact_law;
     law.hypothesis = impact_hypothesis(impact_law);

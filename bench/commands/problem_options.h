@@ -17,11 +17,12 @@ namespace ricochet {
 /// The parameters that `--set NAME=VALUE` changes; a value is a number or a formula of numbers. @throws InputError
 ParameterChanges parameter_changes(const std::vector<std::string>& changes);
 
-/// The options that choose a problem and a setting: --problem or --scene, --set, --steps or
+/// The options that choose a problem and a setting: --problem or --scene, --set, --until, --steps or
 /// --step-length, --tolerance, --time-limit; --allow-penetration, or --keep-penetration.
 struct ProblemOptions {
   std::string problem, scene;
   std::vector<std::string> changes;
+  std::string until;       ///< formula at whose zero runs end; empty: that of the scene
   std::string impact_law;  ///< replaces that of the scene; empty: not replaced
   double depth = 0;        ///< largest penetration that is removed from q0 [m]
   double kept_depth = 0;   ///< largest initial penetration that is kept [m]

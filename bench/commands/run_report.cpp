@@ -27,6 +27,9 @@ void print_state(const RunReport& report) {
   fmt::print("status     {}{}\n", to_string(solution.status), solution.message.empty() ? "" : ": " + solution.message);
   fmt::print("t          {:.15g} of {:.15g} s\nq          {}\nv          {}\n", solution.t, info.end_time,
              numbers(solution.q.head(info.n_mechanical())), numbers(solution.v.head(info.n_mechanical())));
+  if (solution.succeeded() && info.until >= 0)
+    fmt::print("until      {} = 0{}\n", info.switches[info.until].formula,
+               solution.t < info.end_time ? "" : ", which it did not reach");
   const auto before = report.problem.energy(info.q0, info.v0), after = report.problem.energy(solution.q, solution.v);
   if (before && after) fmt::print("energy     {:.12g} J, {:+.3g} J since the start\n", *after, *after - *before);
 }
@@ -126,7 +129,8 @@ ordered_json problem_json(const ProblemInfo& info) {
           {"contacts", contacts},
           {"q0", Vector(info.q0.head(info.n_mechanical()))},
           {"v0", Vector(info.v0.head(info.n_mechanical()))},
-          {"T", info.end_time}};
+          {"T", info.end_time},
+          {"until", info.until < 0 ? json() : json(info.switches[info.until].formula)}};
 }
 
 ordered_json sensitivities_json(const RunReport& report) {
@@ -159,14 +163,15 @@ constexpr const char* kRunSchema = R"~({
   "required": ["program", "problem", "method", "settings", "status", "message", "t", "q", "v", "energy", "error", "disagreement", "reference", "events", "initial_modes", "counters", "seconds", "solutions", "sensitivities"],
   "properties": {
     "program": {"type": "string", "description": "Version and revision of the program.", "examples": ["ricochet 0.1.0, revision ab12cd3"]},
-    "problem": {"type": "object", "additionalProperties": false, "required": ["id", "title", "parameters", "contacts", "q0", "v0", "T"], "description": "The problem.", "examples": [{"id": "bouncing_ball"}], "properties": {
+    "problem": {"type": "object", "additionalProperties": false, "required": ["id", "title", "parameters", "contacts", "q0", "v0", "T", "until"], "description": "The problem.", "examples": [{"id": "bouncing_ball"}], "properties": {
       "id": {"type": "string", "description": "Name of the problem.", "examples": ["bouncing_ball"]},
       "title": {"type": "string", "description": "Short description.", "examples": ["bouncing ball in one dimension"]},
       "parameters": {"type": "object", "additionalProperties": {"type": "number"}, "description": "All parameters, with their values in this run.", "examples": [{"e": 0.9}]},
       "contacts": {"type": "array", "items": {"type": "string"}, "description": "Names of the contacts.", "examples": [["ground"]]},
       "q0": {"$ref": "#/$defs/numbers", "description": "Initial coordinates.", "examples": [[1]]},
       "v0": {"$ref": "#/$defs/numbers", "description": "Initial velocities.", "examples": [[0]]},
-      "T": {"type": "number", "description": "End time [s].", "examples": [2]}}},
+      "T": {"type": "number", "description": "End time [s].", "examples": [2]},
+      "until": {"type": ["string", "null"], "description": "The formula at whose zero the run ends; null: none.", "examples": ["q[1] - 0.3"]}}},
     "method": {"type": "object", "additionalProperties": false, "required": ["spec", "title", "source", "order_smooth", "order_impacts"], "description": "The method.", "examples": [{"spec": "moreau_jean"}], "properties": {
       "spec": {"type": "string", "description": "As on the command line.", "examples": ["fesd:gauss:2"]},
       "title": {"type": "string", "description": "Short description.", "examples": ["Moreau-Jean"]},

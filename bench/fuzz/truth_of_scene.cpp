@@ -29,7 +29,7 @@ FuzzTruth truth_of_motion(const CertifiedMotion& motion, const ProblemInfo& info
   truth.q.resize(truth.q.size() + static_cast<std::size_t>(info.n_friction_elements), 0);
   truth.v.resize(truth.q.size(), 0);
   if (info.clock >= 0) {
-    truth.q.push_back(info.end_time);
+    truth.q.push_back(std::strtod(motion.end_time.text.c_str(), nullptr));
     truth.v.push_back(1);
   }
   return truth;

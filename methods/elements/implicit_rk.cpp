@@ -3,6 +3,7 @@
 #include "methods/elements/bilateral_support.h"
 #include "methods/elements/element_motion.h"
 #include "methods/elements/element_solver.h"
+#include "methods/regions/until_run.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "methods/time_limit.h"
@@ -67,6 +68,7 @@ class ImplicitRungeKutta final : public Method {
       solution.t = k + 1 == settings.steps ? problem.info().end_time : (k + 1) * h;
       if (settings.recording >= Recording::grid) solution.samples.push_back({solution.t, step.q1, step.v1, step.v1});
       if (settings.recording == Recording::motion) motion.add(k * h, solution.t, step, solution.motion);
+      if (ends_here(settings, solution.t, step.q1, step.v1)) break;
     }
     solution.q = step.q1;
     solution.v = step.v1;

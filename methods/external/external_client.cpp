@@ -73,7 +73,7 @@ const ClientGreeting& ExternalClient::greeting() {
 
 /// Sends the scene unless the client already has it.
 void ExternalClient::send_scene(const Problem& problem, double limit) {
-  std::string text = scene_text(problem, {.with_normals = true, .with_set_state = false});
+  std::string text = scene_text(problem, {.with_normals = true, .with_set_state = false, .with_until = false});
   if (text == scene_ && process_.starts() == scene_start_) return;
   scene_start_ = -1;
   const json answer = ask({{"ask", "scene"}, {"scene", json::parse(text)}}, limit);

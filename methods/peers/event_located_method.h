@@ -20,6 +20,7 @@ class EventLocatedMethod : public Method {
       : info_(std::move(info)), integrator_(std::move(integrator)) {
     info_.impact_laws = all_impact_hypotheses();
     info_.keeps_samples = false;
+    info_.ends_runs = true;
   }
 
   Solution do_solve(const Problem& problem, const Settings& settings) const final {

@@ -5,8 +5,8 @@
 #include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "methods/regions/border_search.h"
 #include "methods/time_limit.h"
 #include "problems/dense_solve.h"
 #include "problems/input_error.h"
@@ -15,16 +15,15 @@
 namespace ricochet {
 namespace {
 
-constexpr double kSameTime = 1e-12;  // of the end time: two borders at one time
-constexpr double kGrid = 1e-9;       // of a step: on the grid
-constexpr double kZero = 4e-16;      // of the terms of psi_k: the border is located
-constexpr int kMostLocations = 60;   // runs that locate one border
-constexpr int kSpans = 64;           // of the run, in which zeros of functions of time are searched first
-constexpr double kShortest = 1e-15;  // of the run: what time can resolve
-constexpr double kOutside = 1e-12;   // of the terms of another psi_j, beyond its border
-constexpr double kDrift = 1e-6;      // of gaps and rates of closed contacts, relative
-constexpr double kEdge = 1e-3;       // of the bracket: a root so near its end may lie beyond it
-constexpr double kSmooth = 1e-12;    // jump of an acceleration that is rounding, relative
+constexpr double kSameTime = 1e-12;   // of the end time: two borders at one time
+constexpr double kLongestEnd = 1e-6;  // of the end time: within it the impact happens that ends the run
+constexpr double kGrid = 1e-9;        // of a step: on the grid
+constexpr double kZero = 4e-16;       // of the terms of psi_k: the border is located
+constexpr int kSpans = 64;            // of the run, in which zeros of functions of time are searched first
+constexpr double kShortest = 1e-15;   // of the run: what time can resolve
+constexpr double kOutside = 1e-12;    // of the terms of another psi_j, beyond its border
+constexpr double kDrift = 1e-6;       // of gaps and rates of closed contacts, relative
+constexpr double kSmooth = 1e-12;     // jump of an acceleration that is rounding, relative
 
 }  // namespace
 
@@ -35,6 +34,11 @@ bool RegionRun::stop(Status status, const std::string& message) {
   total_.status = status;
   total_.message = message;
   return false;
+}
+
+/// Without contact forces.
+Vector RegionRun::acceleration(const Problem& here) const {
+  return CholeskyFactors(here.mass_matrix(total_.q)).solve(here.force(total_.q, total_.v));
 }
 
 /// The sign of psi_k, as the formulas of the branches that hold there give it; that of a zero is 1 at first.
@@ -54,6 +58,7 @@ void RegionRun::begin() {
   T_ = info.end_time;
   last_crossing_ = -1;
   crossings_ = 0;
+  has_ended_ = false;
   modes_.clear();
   piece_variables_.clear();
   signs_ = signs_at(total_.q, total_.v);
@@ -190,54 +195,31 @@ bool RegionRun::locate(const RegionExit& exit) {
           fmt::format("at t = {:.12g} s: an impact changes the branch of a formula; derivatives through that are not "
                       "available",
                       total_.t + exit.inside));
-    if (exit.inside <= 0) return cross(k);
-    Solution piece = run(exit.inside, 1, false);
-    const bool ok = piece.succeeded();
-    take(std::move(piece));
+    bool ok = true;
+    const auto go = [&](double length) {
+      Solution piece = run(length, 1, false);
+      ok = piece.succeeded();
+      take(std::move(piece));
+    };
+    if (exit.inside > 0) go(exit.inside);
+    if (k == problem_.info().until) {  // the impact begins the next element
+      for (double h = kSameTime * T_; ok && psi_at(total_.q, total_.v) > 0 && h < kLongestEnd * T_; h *= 10) go(h);
+    }
     return ok && cross(k);
   }
   const double zero = kZero * here.switching_sizes(total_.q, total_.v)[k];
-  double a = exit.inside, b = exit.outside, f_a = exit.psi_inside, f_b = exit.psi_outside;
-  if (a == 0) f_a = std::max(0.0, psi_at(total_.q, total_.v));
-  if (a == 0 && f_a <= zero) return cross(k);
-  Solution best;
-  double h_best = 0, f_best = std::numeric_limits<double>::infinity();
-  bool is_a_known = a == 0, is_b_known = false;
-  for (int n = 0; n < kMostLocations; ++n) {
-    double h = (a * f_b - b * f_a) / (f_b - f_a);  // the secant
-    if (!(h > a && h < b)) h = 0.5 * (a + b);
-    if (n > 12 && n % 3 == 0) h = 0.5 * (a + b);
-    Solution piece = run(h, 1, false);
-    if (!piece.succeeded()) {
-      take(std::move(piece));
-      return false;
-    }
-    const double f = psi_at(piece.q, piece.v);
-    if (std::abs(f) <= std::abs(f_best)) {
-      f_best = f;
-      h_best = h;
-      best = std::move(piece);
-    }
-    if (std::abs(f) <= zero) break;
-    // Illinois: an end that stays loses half of its weight. An end that is not known is one of the interpolation.
-    const double width = exit.outside - exit.inside;
-    if (f > 0) {
-      if (is_a_known) f_b *= 0.5;
-      a = h;
-      f_a = f;
-      is_a_known = true;
-      if (!is_b_known && b - a < kEdge * width) b = a + width;
-    } else {
-      if (is_b_known) f_a *= 0.5;
-      b = h;
-      f_b = f;
-      is_b_known = true;
-      if (!is_a_known && b - a < kEdge * width) {
-        a = std::max(0.0, b - width);
-        is_a_known = a == 0;
-      }
-    }
-    if (is_a_known && is_b_known && b - a <= kShortest * (total_.t + T_)) break;
+  RegionExit bracket = exit;
+  if (exit.inside == 0) {
+    bracket.psi_inside = std::max(0.0, psi_at(total_.q, total_.v));
+    if (bracket.psi_inside <= zero) return cross(k);
+  }
+  BorderPiece found = search_border(
+      bracket, zero, kShortest * (total_.t + T_), [&](double h) { return run(h, 1, false); },
+      [&](const Solution& piece) { return psi_at(piece.q, piece.v); });
+  Solution& best = found.solution;
+  if (!best.succeeded()) {
+    take(std::move(best));
+    return false;
   }
   // A function that has changed its sign before is the one to cross first.
   here.switching(total_.q.data(), total_.v.data(), psi.data());
@@ -248,7 +230,7 @@ bool RegionRun::locate(const RegionExit& exit) {
     if (j == k || signs_[j] * psi[j] >= -kOutside * size[j]) continue;
     return locate({.function = j,
                    .inside = 0,
-                   .outside = h_best,
+                   .outside = found.length,
                    .psi_inside = signs_[j] * at_start[j],
                    .psi_outside = signs_[j] * psi[j]});
   }
@@ -303,12 +285,24 @@ void RegionRun::chain(Solution& piece) {
   S_.bottomRows(n_q) = piece.dv * start;
 }
 
+/// d tau of (2). @param a  accelerations of the region `here`, before the border
+Eigen::RowVectorXd RegionRun::border_variation(int k, const Problem& here, const Vector& a) const {
+  const Eigen::Index n_q = total_.q.size(), n_p = std::ssize(problem_.info().parameters);
+  Matrix D(std::ssize(signs_), 2 * n_q + n_p);
+  here.switching_derivative(total_.q.data(), total_.v.data(), D.data());
+  Eigen::RowVectorXd change = D.row(k).head(2 * n_q) * S_;
+  for (Eigen::Index j = 0; j < S_.cols(); ++j) {
+    const Eigen::Index variable = find_variable(problem_.info(), settings_.sensitivities[j]);
+    const Eigen::Index p = variable - 2 * problem_.info().n_mechanical();
+    if (p >= 0) change[j] += D(k, 2 * n_q + p);
+  }
+  const double rate = D.row(k).head(n_q).dot(total_.v) + D.row(k).segment(n_q, n_q).dot(a);
+  return -change / rate;
+}
+
 /// (2)
 bool RegionRun::vary_border(int k, const Problem& before, const Problem& after) {
   if (piece_variables_.empty()) return true;
-  const auto acceleration = [&](const Problem& problem) {
-    return Vector(CholeskyFactors(problem.mass_matrix(total_.q)).solve(problem.force(total_.q, total_.v)));
-  };
   const Vector a = acceleration(before), jump = a - acceleration(after);
   if (jump.norm() <= kSmooth * a.norm()) return true;
   if (std::ranges::any_of(modes_, is_closed))
@@ -317,22 +311,31 @@ bool RegionRun::vary_border(int k, const Problem& before, const Problem& after) 
         fmt::format("at t = {:.12g} s: a force jumps while contacts are closed; derivatives through that are not "
                     "available",
                     total_.t));
-  const Eigen::Index n_q = total_.q.size(), n_p = std::ssize(problem_.info().parameters);
-  Matrix D(std::ssize(signs_), 2 * n_q + n_p);
-  before.switching_derivative(total_.q.data(), total_.v.data(), D.data());
-  Eigen::RowVectorXd change = D.row(k).head(2 * n_q) * S_;
-  for (Eigen::Index j = 0; j < S_.cols(); ++j) {
-    const Eigen::Index variable = find_variable(problem_.info(), settings_.sensitivities[j]);
-    const Eigen::Index p = variable - 2 * problem_.info().n_mechanical();
-    if (p >= 0) change[j] += D(k, 2 * n_q + p);
-  }
-  const double rate = D.row(k).head(n_q).dot(total_.v) + D.row(k).segment(n_q, n_q).dot(a);
-  S_.bottomRows(n_q) -= jump * (change / rate);
+  S_.bottomRows(total_.q.size()) += jump * border_variation(k, before, a);
+  return true;
+}
+
+/// (d), (3)
+bool RegionRun::end_at_until() {
+  has_ended_ = true;
+  if (piece_variables_.empty()) return true;
+  if (std::ranges::any_of(modes_, is_closed))
+    return stop(
+        Status::inner_solver_failed,
+        fmt::format("at t = {:.12g} s: the run ends where {} = 0 while contacts are closed; derivatives of that "
+                    "are not available",
+                    total_.t, problem_.info().switches[problem_.info().until].formula));
+  const Problem& here = regions_.at(signs_);
+  const Vector a = acceleration(here);
+  const Eigen::RowVectorXd d_tau = border_variation(problem_.info().until, here, a);
+  S_.topRows(total_.q.size()) += total_.v * d_tau;
+  S_.bottomRows(total_.q.size()) += a * d_tau;
   return true;
 }
 
 /// (c) The sign of psi_k changes, and that of others whose formula changes with it. @returns false if the motion slides
 bool RegionRun::cross(int k) {
+  if (k == problem_.info().until && total_.t > kSameTime * T_) return end_at_until();
   const bool is_same = last_crossing_ >= 0 && total_.t - last_crossing_ <= kSameTime * T_;
   crossings_ = is_same ? crossings_ + 1 : 1;
   last_crossing_ = total_.t;
@@ -389,7 +392,7 @@ Solution RegionRun::solve(const Settings& settings) {
     take(std::move(piece));
     if (!ok) break;
     if (exit.function >= 0) {
-      if (!locate(exit)) break;
+      if (!locate(exit) || has_ended_) break;
       continue;
     }
     total_.t = until;
@@ -401,9 +404,10 @@ Solution RegionRun::solve(const Settings& settings) {
       const std::vector<int> next = signs_of_time();
       bool goes_on = true;
       for (std::size_t k = 0; k < signs_.size() && goes_on; ++k) {
-        if (signs_[k] != next[k]) goes_on = flip(static_cast<int>(k));
+        if (signs_[k] == next[k]) continue;
+        goes_on = static_cast<int>(k) == problem_.info().until ? end_at_until() : flip(static_cast<int>(k));
       }
-      if (!goes_on) break;
+      if (!goes_on || has_ended_) break;
       switch_time = next_time_switch();
     }
   }

@@ -22,7 +22,8 @@ namespace ricochet {
 /// (b) Zeros of functions of the time alone are computed before the run, and runs end there.
 /// (c) At a border sigma_k changes, and the next run begins with the state there: contacts whose gap has a corner open,
 ///     close or are hit as at any start. If an impact makes psi_k jump, the region changes with it.
-/// (d) If the motion comes back at once, and again, it slides on psi_k = 0: the run ends with a status that names
+/// (d) ProblemInfo::until is such a function, at whose border the run ends. A zero at the start is none.
+/// (e) If the motion comes back at once, and again, it slides on psi_k = 0: the run ends with a status that names
 /// psi_k.
 ///
 /// Derivatives S of x = (q, v) with respect to Settings::sensitivities are chained: those of each run, with respect to
@@ -30,6 +31,10 @@ namespace ricochet {
 /// open),
 ///
 ///         S+ = S- + (x'- - x'+) d tau,   d tau = -(d psi_k/dx S- + d psi_k/dp) / (d psi_k/dt)                     (2)
+///
+/// Where ProblemInfo::until = psi_k ends the run (all contacts open), derivatives are those of the end,
+///
+///         S = S- + x' d tau                                                                                       (3)
 ///
 /// A fixed-step method keeps its grid: the step with a border is divided there.
 class RegionRun {
@@ -54,7 +59,10 @@ class RegionRun {
   bool flip(int k);
   void begin_sensitivities();
   void chain(Solution& piece);
+  Vector acceleration(const Problem& here) const;
+  Eigen::RowVectorXd border_variation(int k, const Problem& here, const Vector& a) const;
   bool vary_border(int k, const Problem& before, const Problem& after);
+  bool end_at_until();
   bool stop(Status status, const std::string& message);
   std::vector<int> signs_at(const Vector& q, const Vector& v) const;
   std::vector<int> signs_of_time() const;
@@ -75,7 +83,8 @@ class RegionRun {
   Matrix of_parameters_;            // varied parameters x n_theta, zeros and ones
   std::vector<std::string> piece_variables_;  // of the runs of pieces: q0, v0, the varied parameters
   double T_ = 0, last_crossing_ = -1;
-  int crossings_ = 0;  // at the same time
+  int crossings_ = 0;       // at the same time
+  bool has_ended_ = false;  // (d)
 };
 
 }  // namespace ricochet

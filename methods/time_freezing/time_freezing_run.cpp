@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <utility>
 
+#include "methods/regions/until_run.h"
+
 namespace ricochet {
 namespace {
 
@@ -60,6 +62,7 @@ Solution TimeFreezingRun::run() {
     if (!is_going) break;
     ++counters_.steps;
     if (settings_.recording >= Recording::grid) solution_.samples.push_back({state_.t, state_.q, state_.v, state_.v});
+    if (ends_here(settings_, state_.t, state_.q, state_.v)) break;
   }
   solution_.t = state_.t;
   solution_.q = state_.q;

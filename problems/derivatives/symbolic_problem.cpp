@@ -80,7 +80,7 @@ bool add_clock(SymbolicModel& model) {
     model.control.clear();
     model.u.clear();
   }
-  bool has_time = model.has_clock;
+  bool has_time = model.has_clock || (model.until && model.until->has(model.t));
   for_each_list(model, [&](const std::vector<ex>& list) { has_time = has_time || depends_on(list, {model.t}); });
   for (const auto& contact : model.contacts) {
     has_time = has_time || contact.gap.has(model.t) ||
@@ -123,6 +123,7 @@ SymbolicModel normalized(SymbolicModel model) {
   }
   for (auto& element : model.frictions) make_real(element.bound);
   if (model.potential_energy) make_real(*model.potential_energy);
+  if (model.until) make_real(*model.until);
   if (model.geometry) model.geometry->for_each_number(make_real);
   return model;
 }
@@ -193,6 +194,7 @@ SymbolicProblem::SymbolicProblem(SymbolicModel model)
   info_.region = model_.region;
   if (SwitchedModel switched = with_switching_functions(with_jumps_as_friction(stated_)); !switched.functions.empty()) {
     info_.switches = switched.described;
+    if (model_.until) info_.until = static_cast<int>(std::ssize(info_.switches)) - 1;
     switched_ = std::make_shared<const SwitchedModel>(std::move(switched));
   }
 
@@ -479,7 +481,19 @@ std::unique_ptr<Problem> SymbolicProblem::in_region(std::span<const int> signs) 
   if (!switched_) return nullptr;
   SymbolicModel model = ricochet::in_region(*switched_, signs);
   for (std::size_t k = 0; k < model.parameters.size(); ++k) model.parameters[k].value = info_.parameters[k].value;
-  auto problem = std::make_unique<SymbolicProblem>(std::move(model));
+  return as_here(std::make_unique<SymbolicProblem>(std::move(model)));
+}
+
+std::unique_ptr<Problem> SymbolicProblem::without_until() const {
+  SymbolicModel model = stated_;
+  model.has_clock = info_.clock >= 0;
+  model.until.reset();
+  for (std::size_t k = 0; k < model.parameters.size(); ++k) model.parameters[k].value = info_.parameters[k].value;
+  return as_here(std::make_unique<SymbolicProblem>(std::move(model)));
+}
+
+/// The `problem`, whose formulas follow from those of this one, with what has been set here.
+std::unique_ptr<Problem> SymbolicProblem::as_here(std::unique_ptr<SymbolicProblem> problem) const {
   problem->info_.u = info_.u;
   problem->info_.end_time = info_.end_time;
   problem->set_initial_state(info_.q0, info_.v0);

@@ -68,6 +68,7 @@ struct SymbolicModel {
   GiNaC::ex end_time;                         ///< [s], in terms of the parameters only
   ImpactLaw impact_law;                       ///< as ProblemInfo::impact_law
   std::optional<GiNaC::ex> potential_energy;  ///< [J], in terms of q and the parameters
+  std::optional<GiNaC::ex> until;             ///< of q, v, t and the parameters: a run ends at its first zero
   Expressions switching;                      ///< of a region: psi_k, n_s (problems/regions/switching_functions.h)
   std::vector<int> region;                    ///< its signs, n_s
   bool has_clock = false;                     ///< the clock is a coordinate even if no formula depends on time
@@ -140,6 +141,7 @@ class SymbolicProblem : public Problem {
   void switching(const double* q, const double* v, double* psi) const override;
   void switching_derivative(const double* q, const double* v, double* D) const override;
   std::unique_ptr<Problem> in_region(std::span<const int> signs) const override;
+  std::unique_ptr<Problem> without_until() const override;
 
   const SymbolicModel* formulas() const override { return &stated_; }
   const SymbolicProblem* symbolic() const override { return this; }
@@ -168,6 +170,7 @@ class SymbolicProblem : public Problem {
  private:
   using Expressions = SymbolicModel::Expressions;
 
+  std::unique_ptr<Problem> as_here(std::unique_ptr<SymbolicProblem> problem) const;
   void make_programs(const std::vector<StraightLineProgram::Constant>& constants);
   void describe_contacts();
   void describe_structure();

@@ -5,6 +5,7 @@
 
 #include "problems/derivatives/canonical_order.h"
 #include "problems/derivatives/real_functions.h"
+#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
@@ -30,6 +31,7 @@ void for_each_formula(SymbolicModel& model, const auto& visit) {
     std::ranges::for_each(element.drives, visit);
   }
   if (model.potential_energy) visit(*model.potential_energy);
+  if (model.until) visit(*model.until);
 }
 
 std::string branch_function(const ex& e) {
@@ -48,6 +50,14 @@ class Branches {
     while (collect_innermost()) {
       for_each_formula(found_.model, [&](ex& e) { e = replaced(e); });
     }
+  }
+
+  /// Adds the function at whose zero a run ends. @param text  as it is stated
+  void add_until(std::string text) {
+    if (!depends_on_state(*found_.model.until) && !depends_on_any(*found_.model.until, found_.signs))
+      throw InputError("until", text, "a formula of q, v or t is required");
+    add(*found_.model.until);
+    found_.described.back().formula = std::move(text);
   }
 
  private:
@@ -131,10 +141,12 @@ SwitchedModel with_switching_functions(const SymbolicModel& model) {
     has_time = has_time || e.has(model.t);
     has_branches = has_branches || may_bend(e);
   });
-  if (!has_branches) return result;
+  if (!has_branches && !model.until) return result;
   result.model = std::move(searched);
   result.model.has_clock = has_time;
-  Branches(model, result).replace_all();
+  Branches branches(model, result);
+  branches.replace_all();
+  if (model.until) branches.add_until(printed(*model.until));
   return result;
 }
 
@@ -145,6 +157,7 @@ SymbolicModel in_region(const SwitchedModel& switched, std::span<const int> sign
   for_each_formula(model, [&](ex& e) { e = e.subs(values); });
   for (const ex& function : switched.functions) model.switching.push_back(function.subs(values));
   model.region.assign(signs.begin(), signs.end());
+  model.until.reset();  // it is one of `switching`
   return model;
 }
 

@@ -19,7 +19,7 @@
 ///
 /// They are evaluated so on both sides of psi_k = 0, so that no stage, no iteration and no derivative mixes two
 /// branches. Arguments that differ by a factor share one psi_k. An argument with branches inside is a psi_k of the
-/// region of these.
+/// region of these. The last psi_k of a scene with "until" is that formula, which ends the run.
 ///
 /// See Acary, Brogliato, *Numerical Methods for Nonsmooth Dynamical Systems* (2008), chapter 2, and Stewart, *A high
 /// accuracy method for solving ODEs with discontinuous right-hand side*, Numer. Math. 58 (1990), for regions.

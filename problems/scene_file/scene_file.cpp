@@ -51,6 +51,7 @@ class SceneReader {
       const Field elements = scene_.at("friction");
       for (std::size_t i = 0; i < elements.size(); ++i) read_friction(elements.at(i), n_q);
     }
+    if (scene_.has("until")) model_.until = scene_.at("until").expression(in_state_);
     if (scene_.has("potential_energy")) model_.potential_energy = scene_.at("potential_energy").expression(in_q_);
     return std::move(model_);
   }
@@ -400,6 +401,20 @@ std::unique_ptr<Problem> read_scene_text(const std::string& text, const std::str
                                          const ParameterChanges& changes) {
   const auto [scene, around] = select(parse_input_json(text, name), name, "");
   return make_problem_of(scene, around, name, changes, 0);
+}
+
+std::unique_ptr<Problem> with_until(const Problem& problem, const std::string& formula) {
+  if (!problem.formulas()) throw InputError("until", formula, "only runs of a problem made of formulas can end there");
+  SymbolicModel model = *problem.formulas();
+  ExpressionNames names;
+  for (const auto& parameter : model.parameter_symbols) names.scalars[parameter.get_name()] = parameter;
+  names.scalars["t"] = model.t;
+  names.vectors = {{"q", model.q}, {"v", model.v}};
+  model.until = parse_expression(formula, names, "until");
+  auto changed = std::make_unique<SymbolicProblem>(std::move(model));
+  changed->set_impact_law(problem.info().impact_law);
+  changed->set_initial_state(problem.info().q0, problem.info().v0);
+  return changed;
 }
 
 }  // namespace ricochet

@@ -16,7 +16,7 @@ namespace ricochet {
 ///
 ///     q0, v0, T, M, f                                  the equations of motion, required
 ///     geometry                                         M, f, gaps and tangents follow from it if not stated
-///     params, units, Bu, u, contacts, potential_energy, id, title, source, hard_feature
+///     params, units, Bu, u, contacts, friction, until, potential_energy, id, title, source, hard_feature
 ///
 /// They are described by scene.schema.json in this folder, and by README.md, which is generated from it. Unknown fields
 /// are rejected.
@@ -32,5 +32,9 @@ std::unique_ptr<Problem> read_scene_file(const std::string& path, const Paramete
 /// @throws InputError as read_scene_file()
 std::unique_ptr<Problem> read_scene_text(const std::string& text, const std::string& name,
                                          const ParameterChanges& changes = {});
+
+/// The `problem` whose runs end where the `formula` of q, v, t and the parameters vanishes, ProblemInfo::until.
+/// @throws InputError for a formula that cannot be read, or a problem that is not made of formulas
+std::unique_ptr<Problem> with_until(const Problem& problem, const std::string& formula);
 
 }  // namespace ricochet

@@ -88,6 +88,7 @@ std::string scene_text(const Problem& problem, const SceneTextOptions& options) 
   scene["q0"] = is_current ? start_texts(model.q0, problem.stated_q0(), info.q0) : texts(model.q0);
   scene["v0"] = is_current ? start_texts(model.v0, problem.stated_v0(), info.v0) : texts(model.v0);
   scene["T"] = expression_text(model.end_time);
+  if (model.until && options.with_until) scene["until"] = expression_text(*model.until);
   if (model.geometry) scene["geometry"] = geometry_json(model);
   scene["M"] = texts(model.mass);
   scene["f"] = texts(model.force);

@@ -13,6 +13,7 @@ namespace ricochet {
 struct SceneTextOptions {
   bool with_normals = false;   ///< "Jn" of every contact, for readers that cannot differentiate
   bool with_set_state = true;  ///< the initial state that was set, not its formulas
+  bool with_until = true;      ///< ProblemInfo::until, which readers that only integrate to T do not have
   bool with_title = true;      ///< id, title, source, hard feature and conventions
 };
 

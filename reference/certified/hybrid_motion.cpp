@@ -360,6 +360,7 @@ void HybridMotion::keep(const Step& step) {
 double HybridMotion::log10_radius() const {
   double worst = sensitivities_ ? sensitivities_->log10_radius() : -1e9;
   for (const Ball& x : set_.box()) worst = std::max(worst, x.log10_radius());
+  if (exit_) worst = std::max(worst, t_.log10_radius());
   for (const Ball& t : event_times_) worst = std::max(worst, t.log10_radius());
   return worst;
 }

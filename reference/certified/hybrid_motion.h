@@ -42,6 +42,7 @@ class HybridMotion {
     int border = -1;           ///< it is reached; -1: an impact has changed signs
     std::vector<int> changed;  ///< borders whose sign changes
   };
+  bool has_advanced() const { return !t_.is_zero(); }
   const std::optional<Exit>& exit() const { return exit_; }  ///< Nothing at the end time.
 
   /// Runs to the end time or to a border. @throws Undecided, Unsupported, OutOfTime, with what is enclosed until then in result()

@@ -120,10 +120,19 @@ void MotionByRegions::cross() {
   motion_->enter(*before);
 }
 
+/// Whether ProblemInfo::until has changed its sign.
+bool MotionByRegions::has_ended() const {
+  const auto& exit = motion_->exit();
+  if (!exit || std::ranges::count(exit->changed, problem_.info().until) == 0) return false;
+  if (!motion_->has_advanced())
+    throw Unsupported("an impact at t = 0 changes the sign of the formula that ends the run");
+  return true;
+}
+
 void MotionByRegions::run() {
   start();
   motion_->run();
-  while (motion_->exit()) {
+  while (motion_->exit() && !has_ended()) {
     cross();
     motion_->run();
   }

@@ -55,6 +55,9 @@ namespace ricochet::reference::certified {
 /// and mass matrix, gaps, tangents and drives are the same formulas on both sides, the motion continues from v+ in the
 /// region of these signs, and modes are decided there.
 ///
+/// *End.* ProblemInfo::until is such a psi_k, where formulas do not change. The run ends at its first zero after the
+/// start, at which the first inequality (3) holds, or at an impact that changes its sign.
+///
 /// *Start.* If psi_k is exactly zero at t = 0, its first coefficient that is not exactly zero,
 ///
 ///     psi_k = c t^m + ...,                                                                                       (7)
@@ -92,6 +95,7 @@ class MotionByRegions {
   void start();
   void start_on_borders(Signs signs, const std::vector<int>& zero);
   void cross();
+  bool has_ended() const;
 
   const Problem& problem_;
   const Options& options_;

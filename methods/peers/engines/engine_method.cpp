@@ -6,6 +6,7 @@
 #include <stdexcept>
 
 #include "methods/isolated.h"
+#include "methods/regions/until_run.h"
 #include "methods/time_limit.h"
 
 namespace ricochet {
@@ -52,11 +53,12 @@ Solution run_here(const EngineEntry& engine, const EngineSettings& engine_settin
     world->step();
     ++s.counters.steps;
     s.t = step * h;
-    if (keeps_grid || follows_angles || step == settings.steps) {
+    if (keeps_grid || follows_angles || step == settings.steps || settings.until) {
       world->read(states);
       scene.coordinates_of(states, h, s.q, s.v);
     }
     if (keeps_grid) s.samples.push_back({s.t, s.q, s.v, s.v});
+    if (ends_here(settings, s.t, s.q, s.v)) break;
     if (limit.is_over()) {
       s.status = Status::time_limit;
       s.message = limit.message();

@@ -41,6 +41,7 @@
 
 #include "methods/peers/siconos/integrate.h"
 #include "methods/peers/siconos/model.h"
+#include "methods/regions/until_run.h"
 #include "methods/time_limit.h"
 #include "problems/dense_solve.h"
 
@@ -196,6 +197,7 @@ Solution integrate_moreau_jean(const Problem& problem, const Settings& settings,
       }
       if (settings.recording >= Recording::grid)
         solution.samples.push_back({solution.t, solution.q, solution.v, solution.v});
+      if (ends_here(settings, solution.t, solution.q, solution.v)) break;
     }
   } catch (const Siconos::exception& error) {
     stop(Status::inner_solver_failed, k, message_of(error));

@@ -23,6 +23,7 @@
 
 #include "methods/peers/siconos/integrate.h"
 #include "methods/peers/siconos/model.h"
+#include "methods/regions/until_run.h"
 #include "methods/time_limit.h"
 
 namespace ricochet::siconos {
@@ -69,6 +70,7 @@ Solution integrate_schatzman_paoli(const Problem& problem, const Settings& setti
       }
       if (settings.recording >= Recording::grid)
         solution.samples.push_back({solution.t, solution.q, solution.v, solution.v});
+      if (ends_here(settings, solution.t, solution.q, solution.v)) break;
     }
   } catch (const Siconos::exception& error) {
     stop(Status::inner_solver_failed, k, message_of(error));

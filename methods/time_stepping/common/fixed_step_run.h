@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "methods/method.h"
+#include "methods/regions/until_run.h"
 #include "methods/time_limit.h"
 #include "methods/time_stepping/common/contact_step.h"
 #include "methods/time_stepping/common/gap_rounding.h"
@@ -152,11 +153,13 @@ class FixedStepRun {
       const double t_impact = impact_place < 1 ? (k + impact_place) * h : solution.t;
       const bool has_impact = record_closings(t_impact, q_minus, v_minus);
       if (settings.recording >= Recording::grid) solution.samples.push_back({solution.t, q, v, v});
-      if (settings.recording != Recording::motion) continue;
-      if (has_impact)
-        record_impact(k * h, t_impact, q_minus, v_minus);
-      else
-        record_motion(k * h, q_minus, v_minus);
+      if (settings.recording == Recording::motion) {
+        if (has_impact)
+          record_impact(k * h, t_impact, q_minus, v_minus);
+        else
+          record_motion(k * h, q_minus, v_minus);
+      }
+      if (ends_here(settings, solution.t, q, v)) break;
     }
     return std::move(solution);
   }

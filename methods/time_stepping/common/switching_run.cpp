@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "methods/regions/until_run.h"
 #include "problems/packed_column.h"
 
 namespace ricochet {
@@ -131,7 +132,7 @@ MoreauExtrapolation::Outcome SwitchingRun::try_step(double h, double end, int ro
 
 bool SwitchingRun::switch_modes(double end) {
   single_ = least();
-  for (bool switches = true; switches && t_ < end;) {
+  for (bool switches = true; switches && t_ < end && !has_ended_;) {
     if (!can_go_on()) return false;
     const bool is_last = t_ + single_ >= end - kTimeRounding * T_;
     const double begin = t_;
@@ -154,6 +155,7 @@ void SwitchingRun::advance(double end) {
   if (problem_.info().clock >= 0)
     state_.q[problem_.info().clock] = problem_.info().start_time() + t_;  // millions of additions round
   ++solution_.counters.elements;
+  has_ended_ = ends_here(settings_, t_, state_.q, state_.v);
 }
 
 void SwitchingRun::end_step() {

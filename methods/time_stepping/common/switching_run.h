@@ -28,7 +28,7 @@ class SwitchingRun {
   }
 
   double t() const { return t_; }  ///< [s]
-  bool is_over() const { return t_ >= T_; }
+  bool is_over() const { return t_ >= T_ || has_ended_; }
 
   /// An extrapolated step from here; short by rounding when it would end just before `end`. It switches, too, where a
   /// contact is open at both ends and closed between them.
@@ -78,6 +78,7 @@ class SwitchingRun {
   GapSearch gap_search_;
   std::vector<ContactMode> modes_;      // open where a contact is so at both ends of a step
   double t_ = 0, single_, series_end_;  // [s]; of the last series of single steps
+  bool has_ended_ = false;              // where ProblemInfo::until vanishes
 };
 
 }  // namespace ricochet
