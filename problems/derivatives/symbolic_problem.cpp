@@ -496,6 +496,7 @@ std::unique_ptr<Problem> SymbolicProblem::without_until() const {
 std::unique_ptr<Problem> SymbolicProblem::as_here(std::unique_ptr<SymbolicProblem> problem) const {
   problem->info_.u = info_.u;
   problem->info_.end_time = info_.end_time;
+  problem->info_.impact_law = info_.impact_law;
   problem->set_initial_state(info_.q0, info_.v0);
   return problem;
 }

@@ -74,6 +74,13 @@ TEST(Regions, FormulasOfARegionHoldOnBothSides) {
   }
 }
 
+TEST(Regions, HaveTheImpactLawThatWasSet) {
+  const auto problem = read_scene_text(mass("abs(q[0])", 1, 0, 1), "scene");
+  problem->set_impact_law({.hypothesis = ImpactHypothesis::poisson});
+  const std::vector<int> signs{1};
+  EXPECT_EQ(problem->in_region(signs)->info().impact_law.hypothesis, ImpactHypothesis::poisson);
+}
+
 TEST(Regions, InnerBranchesBelongToTheirRegion) {
   const auto problem = read_scene_text(mass("max(abs(q[0])-1,0)", 2, 0, 1), "scene");
   ASSERT_EQ(problem->info().switches.size(), 2U);
