@@ -27,10 +27,11 @@ enum class BodyRotation {
 
 /// Kind of a shape, which determines the meaning of its size.
 enum class ShapeKind {
-  sphere,     ///< radius; in the plane a disc
-  box,        ///< half edges along the shape's x, y, z; in the plane x, y
-  capsule,    ///< radius, half length along the shape's x
-  half_space  ///< the solid side of a plane through `position`, whose outer normal is the shape's y (z in space)
+  sphere,      ///< radius; in the plane a disc
+  box,         ///< half edges along the shape's x, y, z; in the plane x, y
+  capsule,     ///< radius, half length along the shape's x
+  half_space,  ///< the solid side of a plane through `position`, whose outer normal is the shape's y (z in space)
+  polygon      ///< in the plane: faces between `corners`, solid on their left; convex and closed, or an open chain
 };
 
 /// A number of a pose: q[coordinate] + offset, or `offset` alone [m or rad].
@@ -66,6 +67,11 @@ struct BodyShapeOf {
   std::array<T, 3> position{};  ///< of its centre in the body's axes, from the centre of mass [m]
   std::array<T, 3> angles{};    ///< Cardan angles as in BodyRotation::cardan, of the shape relative to the body [rad]
   std::string name{};           ///< in scene files; no other shape has it
+  /// Of a polygon, in its axes [m]. All turns are to the left: the solid is the intersection of the half-planes of its
+  /// faces; of an open chain also to the right: their union.
+  std::vector<std::array<T, 3>> corners{};
+  bool is_open = false;     ///< a chain, whose first and last face have no end
+  bool is_concave = false;  ///< a chain with turns to the right
 };
 
 /// A contact of the scene between two shapes; geometry_kinematics.h defines the points that touch.
@@ -74,7 +80,7 @@ struct ShapePair {
   int first = 0;    ///< of Geometry::shapes; the gap grows when `second` moves away from it
   int second = 0;   ///< of Geometry::shapes
   int corner = -1;  ///< corner of `second`; for a box, bit k is set if the coordinate along axis k is positive; for a
-                    ///< capsule, bit 0 is its end; -1: the whole shape
+                    ///< capsule, bit 0 is its end; the number of that of a polygon; -1: the whole shape
 };
 
 /// A line between points of two bodies, a spring or a massless rod, which only drawings show.
@@ -124,6 +130,7 @@ struct GeometryOf {
     }
     for (BodyShapeOf<T>& shape : shapes) {
       for (auto* numbers : {&shape.size, &shape.position, &shape.angles}) all(*numbers);
+      for (std::array<T, 3>& corner : shape.corners) all(corner);
     }
     all(gravity);
     for (LinkOf<T>& link : links) {
@@ -157,7 +164,12 @@ GeometryOf<To> without_numbers(const GeometryOf<From>& geometry) {
                     .parent = body.parent});
   }
   for (const BodyShapeOf<From>& shape : geometry.shapes)
-    other.add_shape({.kind = shape.kind, .body = shape.body, .name = shape.name});
+    other.add_shape({.kind = shape.kind,
+                     .body = shape.body,
+                     .name = shape.name,
+                     .corners = std::vector<std::array<To, 3>>(shape.corners.size()),
+                     .is_open = shape.is_open,
+                     .is_concave = shape.is_concave});
   other.pairs = geometry.pairs;
   for (const LinkOf<From>& link : geometry.links) other.links.push_back({.first = link.first, .second = link.second});
   return other;

@@ -24,9 +24,14 @@
 ///
 ///     half-space  n its outer normal, c_1 on its plane:        f_c = n' (c_2 - c_1) - r_2                    (3)
 ///     box         its upper face, as the half-space above it
+///     polygon     its faces i with normals n_i through a_i, in the plane, of which one holds:
+///                 x_i = n_i' (c_2 - a_i),   f_c = max x_i - r_2 if it is convex, min x_i - r_2 if concave    (3a)
 ///     sphere      n = (c_2 - c_1) / |c_2 - c_1|:               f_c = |c_2 - c_1| - r_1 - r_2                 (4)
 ///
-/// The ball is a sphere, the end of a capsule, or the corner of a box (r_2 = 0). A box or a capsule without a chosen
+/// A ball (r_2 > 0) beyond the ends of both faces at a convex corner a has the distance |c_2 - a| - r_2 from it instead.
+/// Faces change where the formulas bend (problems/regions/switching_functions.h).
+///
+/// The ball is a sphere, the end of a capsule, or the corner of a box or a polygon (r_2 = 0). A box or a capsule without a chosen
 /// corner touches a plane with its deepest point: its support along -n is added to the radius,
 ///
 ///     sum_k h_k |n' e_k|,   e_k the shape's axes, h_k half its extent along them,                            (5)
@@ -128,10 +133,64 @@ Ball<T> ball_of(const BodyShapeOf<T>& shape, int corner) {
     case ShapeKind::box:
       if (corner < 0) return {{}, T(0), shape.size};
       return {{side(0, shape.size[0]), side(1, shape.size[1]), side(2, shape.size[2])}, T(0), {}};
+    case ShapeKind::polygon:
+      return {shape.corners[static_cast<std::size_t>(std::max(0, corner))], T(0), {}};
     case ShapeKind::half_space:
       break;
   }
   return {};
+}
+
+/// Distance and outer normal of the surface of a shape, in its axes.
+template <class T>
+struct Nearest {
+  T distance{0};
+  Vector3<T> normal{};
+};
+
+/// `a` if c > 0, else `b`.
+template <class T>
+Nearest<T> chosen(const T& c, const Nearest<T>& a, const Nearest<T>& b) {
+  Nearest<T> result{choose(c, a.distance, b.distance), {}};
+  for (std::size_t k = 0; k < 2; ++k) result.normal[k] = choose(c, a.normal[k], b.normal[k]);
+  return result;
+}
+
+/// (3a) for a centre at `p` in the axes of the `polygon`. @param is_ball  of a radius that is not zero
+template <class T>
+Nearest<T> nearest_of(const BodyShapeOf<T>& polygon, const Vector3<T>& p, bool is_ball) {
+  using std::sqrt;
+  const auto& a = polygon.corners;
+  const std::size_t n = a.size(), n_faces = polygon.is_open ? n - 1 : n;
+  std::vector<Vector3<T>> along;  // unit vectors of the faces
+  for (std::size_t i = 0; i < n_faces; ++i) {
+    const Vector3<T> face = difference(a[(i + 1) % n], a[i]);
+    along.push_back(scaled(T(1) / sqrt(dot(face, face)), face));
+  }
+  Nearest<T> nearest;
+  for (std::size_t i = 0; i < n_faces; ++i) {
+    const Vector3<T> normal{along[i][1], T(-along[i][0]), T(0)};
+    const Nearest<T> face{dot(normal, difference(p, a[i])), normal};
+    if (i == 0)
+      nearest = face;
+    else
+      nearest = chosen(T(polygon.is_concave ? nearest.distance - face.distance : face.distance - nearest.distance),
+                       face, nearest);
+  }
+  if (!is_ball || polygon.is_concave) return nearest;
+  for (std::size_t k = polygon.is_open ? 1 : 0; k < (polygon.is_open ? n - 1 : n); ++k) {
+    const Vector3<T> d = difference(p, a[k]);
+    const T length = sqrt(dot(d, d)), beyond = dot(along[(k + n_faces - 1) % n_faces], d), before = -dot(along[k], d);
+    nearest = chosen(T(choose(beyond, before, T(-1))), {length, scaled(T(1) / length, d)}, nearest);
+  }
+  return nearest;
+}
+
+inline bool is_zero(double x) {
+  return x == 0;
+}
+inline bool is_zero(const GiNaC::ex& x) {
+  return x.is_zero();
 }
 
 }  // namespace geometry_detail
@@ -272,6 +331,12 @@ Touch<T> touch_of(const GeometryOf<T>& geometry, const ShapePair& pair, const Po
     distance = length - first.size[0];
     touch.tangents =
         geometry.in_space ? tangents_of(touch.normal) : std::array{plane_tangent_of(touch.normal), Vector3<T>{}};
+  } else if (first.kind == ShapeKind::polygon) {  // (3a)
+    const auto nearest =
+        geometry_detail::nearest_of(first, times_transposed(pose_1.R, d), !geometry_detail::is_zero(ball.radius));
+    touch.normal = times(pose_1.R, nearest.normal);
+    distance = nearest.distance;
+    touch.tangents = {plane_tangent_of(touch.normal), Vector3<T>{}};
   } else {  // (3)
     touch.normal = column_of(pose_1.R, up);
     distance = dot(touch.normal, d);

@@ -1,6 +1,7 @@
 #include "problems/scene_file/geometry_fields.h"
 
 #include <algorithm>
+#include <cmath>
 
 #include "problems/named_values.h"
 #include "problems/names.h"
@@ -24,7 +25,8 @@ const Names<ShapeKind>& kind_names() {
   static const Names<ShapeKind> names = {{"sphere", ShapeKind::sphere},
                                          {"box", ShapeKind::box},
                                          {"capsule", ShapeKind::capsule},
-                                         {"half_space", ShapeKind::half_space}};
+                                         {"half_space", ShapeKind::half_space},
+                                         {"polygon", ShapeKind::polygon}};
   return names;
 }
 
@@ -56,6 +58,7 @@ std::size_t n_sizes(ShapeKind kind, bool in_space) {
     case ShapeKind::capsule:
       return 2;
     case ShapeKind::half_space:
+    case ShapeKind::polygon:
       return 0;
   }
   return 0;
@@ -133,6 +136,10 @@ class GeometryReader {
       shape.size = vector(size, n);
       for (std::size_t k = 0; k < n; ++k) require_not_negative(size.at(k), shape.size[k]);
     }
+    if (shape.kind == ShapeKind::polygon)
+      read_corners(field, shape);
+    else if (field.has("corners") || field.has("open"))
+      throw InputError(place_of(field.name(), "kind"), field.at("kind").text(), "only a polygon has corners");
     if (field.has("position")) shape.position = vector(field.at("position"), dimension_);
     if (field.has("angles")) {
       const auto angles = field.at("angles").expressions(geometry_.in_space ? 3 : 1, constants_);
@@ -144,6 +151,42 @@ class GeometryReader {
       throw InputError(place_of(field.name(), "kind"), field.at("kind").text(),
                        "a body with rotation spin may carry only spheres about its centre");
     geometry_.add_shape(std::move(shape));
+  }
+
+  void read_corners(const Field& field, BodyShapeOf<ex>& shape) const {
+    if (geometry_.in_space)
+      throw InputError(place_of(field.name(), "kind"), "polygon", "a scene in the plane is required");
+    const Field corners = field.at("corners");
+    shape.is_open = field.has("open") && field.at("open").value().get<bool>();
+    const std::size_t n = corners.size(), least = shape.is_open ? 2 : 3;
+    if (n < least)
+      throw InputError(corners.name() + ", number of entries", static_cast<double>(n),
+                       fmt::format("at least {} are required", least));
+    for (std::size_t i = 0; i < n; ++i) shape.corners.push_back(vector(corners.at(i), 2));
+    const auto face = [&](std::size_t i) {
+      const auto &a = shape.corners[i % n], &b = shape.corners[(i + 1) % n];
+      return std::pair(model_.number(b[0] - a[0]), model_.number(b[1] - a[1]));
+    };
+    double turned = 0;  // in all [rad]
+    int left = 0, right = 0;
+    const std::size_t n_faces = shape.is_open ? n - 1 : n, n_turns = shape.is_open ? n - 2 : n;
+    for (std::size_t i = 0; i < n_faces; ++i) {
+      const auto [x, y] = face(i);
+      if (!(std::hypot(x, y) > 0))
+        throw InputError(corners.at((i + 1) % n).name(), corners.at((i + 1) % n).value().dump(),
+                         "a corner other than the one before is required");
+      if (i >= n_turns) continue;
+      const auto [x_2, y_2] = face(i + 1);
+      const double turn = std::atan2(x * y_2 - y * x_2, x * x_2 + y * y_2);
+      ++(turn > 0 ? left : right);
+      turned += turn;
+    }
+    const bool is_convex = right == 0 && turned < 7;  // once around is 2 pi
+    if (!is_convex && !(shape.is_open && left == 0))
+      throw InputError(corners.name(), corners.value().dump(),
+                       shape.is_open ? "turns to one side only are required"
+                                     : "the corners of a convex polygon, counter-clockwise, are required");
+    shape.is_concave = !is_convex;
   }
 
   int body_number(const Field& field, const char* key) const {
@@ -221,18 +264,31 @@ ShapePair read_pair(const Field& field, const GeometryOf<ex>& geometry, int cont
                      "a sphere, a box or a half-space is required as the first");
   if (second.kind == ShapeKind::half_space)
     throw InputError(shapes.at(1).name(), second.name, "a half-space must be the first of two shapes");
+  if (second.kind == ShapeKind::polygon) {
+    const Field corner = field.at("corner");
+    corner.require_size(1);
+    pair.corner = corner.at(std::size_t{0}).value().get<int>();
+    if (pair.corner < 0 || pair.corner >= std::ssize(second.corners))
+      throw InputError(corner.name(), pair.corner,
+                       fmt::format("the number of a corner, from 0 to {}, is required", second.corners.size() - 1));
+    return pair;
+  }
   const std::size_t n = n_signs(second.kind, geometry.in_space);
   if (field.has("corner")) {
     const Field corner = field.at("corner");
     corner.require_size(n);
     pair.corner = 0;
-    for (std::size_t k = 0; k < n; ++k) pair.corner |= (corner.at(k).value().get<int>() > 0 ? 1 : 0) << k;
+    for (std::size_t k = 0; k < n; ++k) {
+      const int sign = corner.at(k).value().get<int>();
+      if (sign != 1 && sign != -1) throw InputError(corner.at(k).name(), sign, "-1 or 1 is required");
+      pair.corner |= (sign > 0 ? 1 : 0) << k;
+    }
     return pair;
   }
   const auto turns = [&](const BodyShapeOf<ex>& shape) {
     return shape.body >= 0 && geometry.bodies[static_cast<std::size_t>(shape.body)].rotation != BodyRotation::none;
   };
-  if (n > 0 && (first.kind == ShapeKind::sphere || turns(first) || turns(second)))
+  if (n > 0 && (first.kind == ShapeKind::sphere || first.kind == ShapeKind::polygon || turns(first) || turns(second)))
     throw InputError(
         place_of(field.name(), "corner") +
         ": this field is missing; without it, a box or a capsule must not turn relative to the plane that it touches");
@@ -290,6 +346,8 @@ ordered_json geometry_json(const SymbolicModel& model) {
     ordered_json entry = {{"name", shape.name}, {"kind", name_in(kind_names(), shape.kind)}};
     put_body(entry, "body", shape.body);
     if (const std::size_t n = n_sizes(shape.kind, geometry.in_space); n > 0) entry["size"] = texts(shape.size, n);
+    for (const auto& corner : shape.corners) entry["corners"].push_back(texts(corner, 2));
+    if (shape.is_open) entry["open"] = true;
     put(entry, "position", shape.position);
     put_turn(entry, "angles", shape.angles);
     json["shapes"].push_back(entry);
@@ -310,6 +368,10 @@ void add_pair(ordered_json& contact, const ShapePair& pair, const GeometryOf<ex>
   const auto& second = geometry.shapes[static_cast<std::size_t>(pair.second)];
   contact["shapes"] = {first.name, second.name};
   if (pair.corner < 0) return;
+  if (second.kind == ShapeKind::polygon) {
+    contact["corner"] = {pair.corner};
+    return;
+  }
   for (std::size_t k = 0; k < n_signs(second.kind, geometry.in_space); ++k)
     contact["corner"].push_back((pair.corner >> k & 1) != 0 ? 1 : -1);
 }

@@ -60,7 +60,9 @@ SceneMarks::SceneMarks(const Problem& problem, const std::vector<Vector>& states
     }
   }
   for (const BodyShape& shape : geometry_.shapes) {
-    if (shape.body >= 0) extent_ = std::max({extent_, shape.size[0], shape.size[1], shape.size[2]});
+    if (shape.body < 0) continue;
+    extent_ = std::max({extent_, shape.size[0], shape.size[1], shape.size[2]});
+    for (const auto& corner : shape.corners) extent_ = std::max(extent_, std::hypot(corner[0], corner[1]));
   }
 }
 
@@ -227,6 +229,22 @@ void SceneMarks::add_shape(const BodyShape& shape, const std::vector<double>& x,
         }
       }
       return;
+    case ShapeKind::polygon: {
+      std::vector<Point> corners;
+      for (const auto& corner : shape.corners) corners.push_back(place(corner[0], corner[1], 0));
+      if (!shape.is_open) {
+        marks.push_back({Mark::Kind::polygon, corners, 0, filled, false, is_body});
+        return;
+      }
+      for (std::size_t i = 0; i + 1 < corners.size(); ++i)
+        marks.push_back({Mark::Kind::line,
+                         {corners[i], corners[i + 1]},
+                         0,
+                         fmt::format("fill=\"none\" stroke=\"{}\"", color),
+                         false,
+                         is_body});
+      return;
+    }
     case ShapeKind::half_space:
       return;
   }

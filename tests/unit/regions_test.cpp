@@ -76,7 +76,7 @@ TEST(Regions, FormulasOfARegionHoldOnBothSides) {
 
 TEST(Regions, HaveTheImpactLawThatWasSet) {
   const auto problem = read_scene_text(mass("abs(q[0])", 1, 0, 1), "scene");
-  problem->set_impact_law({.hypothesis = ImpactHypothesis::poisson});
+  problem->set_impact_law({.hypothesis = ImpactHypothesis::poisson, .stiffness = {}});
   const std::vector<int> signs{1};
   EXPECT_EQ(problem->in_region(signs)->info().impact_law.hypothesis, ImpactHypothesis::poisson);
 }

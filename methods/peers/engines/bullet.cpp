@@ -184,6 +184,7 @@ class BulletWorld final : public EngineWorld {
         made = std::make_unique<btBoxShape>(
             btVector3(size[0], size[1], scene_.geometry().in_space ? size[2] : std::max(size[0], size[1])));
         break;
+      case ShapeKind::polygon:  // declined
       case ShapeKind::half_space:
         made = std::make_unique<btStaticPlaneShape>(
             scene_.geometry().in_space ? btVector3(0, 0, 1) : btVector3(0, 1, 0), 0);

@@ -81,6 +81,8 @@ Support EngineScene::supports(const ProblemInfo& info) {
         return Support::no(fmt::format("body '{}' turns about some of its axes only", body.name));
     }
   }
+  if (std::ranges::find(geometry.shapes, ShapeKind::polygon, &BodyShape::kind) != geometry.shapes.end())
+    return Support::no("polygons are not passed on to engines");
   const auto shape = [&](int i) -> const BodyShape& { return geometry.shapes[static_cast<std::size_t>(i)]; };
   for (const ShapePair& pair : geometry.pairs) {
     const ContactInfo& contact = info.contacts[static_cast<std::size_t>(pair.contact)];

@@ -199,6 +199,7 @@ class MujocoWorld final : public EngineWorld {
         return name + fmt::format("type=\"capsule\" size=\"{}\" fromto=\"{} {}\"/>\n", shape.size[0],
                                   text_of(pose.point({-shape.size[1], 0, 0})),
                                   text_of(pose.point({shape.size[1], 0, 0})));
+      case ShapeKind::polygon:  // declined
       case ShapeKind::half_space:
         break;
     }
