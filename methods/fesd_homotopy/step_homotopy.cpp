@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <chrono>
 
+#include "methods/regions/time_switch.h"
 #include "problems/dense_solve.h"
+#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
@@ -21,6 +23,10 @@ constexpr int kProbes = 20;
 constexpr double kResting = 1e-6;
 // An impact is not guessed nearer to an end of the step than this part of it.
 constexpr double kMargin = 0.01;
+// delta of side_check.h: what the crossover solves to, with the factors of several equations; without a crossover this
+// many times what the relaxation leaves of the pairs.
+constexpr double kSideAccuracy = 1e-9;
+constexpr double kOfComplementarity = 10;
 
 }  // namespace
 
@@ -34,6 +40,9 @@ StepHomotopy::StepHomotopy(const Problem& problem, const ButcherTableau& tableau
       initial_(equations_.add_initial_state(info_.q0, info_.v0)),
       right_(equations_.add_interval(initial_, add_control(), H, -1, 1)),
       solver_(mpcc_, options.homotopy) {
+  if (!info_.switches.empty()) side_check_.emplace(problem, equations_.step_functions(), tableau_);
+  if (side_check_ && options.guess == Guess::pivoting)
+    throw InputError("guess", "pivoting", "another one is required where forces have abs, sign, min, max or if");
   if (options.guess == Guess::pivoting)
     pivoting_.emplace(problem, tableau, PivotingSolver::Options{.n_fe = options.equations.n_fe}, pivoting_counters_);
 }
@@ -68,6 +77,7 @@ Status StepHomotopy::advance(double seconds) {
   for (attempts_ = 1;; ++attempts_) {
     solver_.set_options(attempt_options(left));
     solution_ = solver_.solve();
+    if (side_check_ && solution_.succeeded()) check_sides();
     if (solution_.succeeded() || attempts_ > options_.retries) break;
     if (seconds > 0) left = seconds - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     if (left < 0) break;
@@ -88,6 +98,18 @@ HomotopyOptions StepHomotopy::attempt_options(double seconds) const {
   homotopy.barrier = std::min(homotopy.barrier, homotopy.sigma_0);
   homotopy.push = std::min(homotopy.push, homotopy.sigma_0);
   return homotopy;
+}
+
+/// Rejects a solution that is no motion of the scene.
+void StepHomotopy::check_sides() {
+  const FesdStep step = equations_.read(solution_.x, 0);
+  std::vector<Matrix> theta;
+  for (int n = 0; n < step.n_elements; ++n) theta.push_back(equations_.theta(solution_.x, 0, n));
+  const double accuracy = std::max(kSideAccuracy, kOfComplementarity * solution_.complementarity);
+  const std::string why = (*side_check_)(step, theta, accuracy);
+  if (why.empty()) return;
+  solution_.status = Status::infeasible;
+  solution_.message = why;
 }
 
 void StepHomotopy::accept() {
@@ -215,6 +237,52 @@ void StepHomotopy::capture(int contact, double h, const Vector& q, Vector& v) {
   v -= J.dot(v) / J.dot(M_J) * M_J;
 }
 
+/// Adds where psi_k changes its sign in a flight from (q, v), which become its end.
+void StepHomotopy::add_branch_changes(double from, double to, Vector& q, Vector& v,
+                                      std::vector<Boundary>& boundaries) const {
+  const auto psi_at = [&] {
+    Vector psi(static_cast<Eigen::Index>(info_.switches.size()));
+    problem_.switching(q.data(), v.data(), psi.data());
+    return psi;
+  };
+  const double dt = (to - from) / kProbes;
+  for (int m = 0; m < kProbes && dt > 0; ++m) {
+    const Vector before = psi_at(), q_before = q;
+    fly(dt, q, v);
+    const Vector after = psi_at();
+    const double begin = from + m * dt;
+    for (int k = 0; k < before.size(); ++k) {
+      if (info_.switches[static_cast<std::size_t>(k)].is_of_time) {
+        const double t = q_before[info_.clock], end = q[info_.clock];
+        const double at = first_time_switch(problem_, k, {t, end}, q_before, v);
+        if (at < end) boundaries.push_back({begin + at - t, -1});
+      } else if (before[k] * after[k] < 0) {
+        boundaries.push_back({begin + dt * before[k] / (before[k] - after[k]), -1});
+      }
+    }
+  }
+}
+
+/// Where elements of a flight from (q, v) end besides of the step's end, the first N_FE - 1.
+std::vector<StepHomotopy::Boundary> StepHomotopy::boundaries(const Vector& q, const Vector& v, bool has_impact) const {
+  std::vector<Boundary> all;
+  const Approach nearest = nearest_approach(q, v);
+  has_impact = nearest.contact >= 0 && (has_impact || nearest.gap <= 0);
+  if (has_impact) all.push_back({nearest.t, nearest.contact});
+  if (side_check_) {
+    Vector q_t = q, v_t = v;
+    add_branch_changes(0, has_impact ? nearest.t : H_, q_t, v_t, all);
+    if (has_impact) {
+      bounce(nearest.contact, q_t, v_t);
+      add_branch_changes(nearest.t, H_, q_t, v_t, all);
+    }
+    std::ranges::sort(all, {}, &Boundary::t);
+  }
+  all.resize(std::min(all.size(), static_cast<std::size_t>(options_.equations.n_fe) - 1));
+  for (Boundary& boundary : all) boundary.t = std::clamp(boundary.t, kMargin * H_, (1 - kMargin) * H_);
+  return all;
+}
+
 FesdStep StepHomotopy::flight(bool has_impact) {
   const int n_fe = options_.equations.n_fe;
   FesdStep step;
@@ -227,18 +295,27 @@ FesdStep StepHomotopy::flight(bool has_impact) {
     is_resting_[i] = is_closed_[i] && std::abs(approach[i]) <= kResting;
     if (is_closed_[i] && approach[i] < -kResting) step.Lambda_n(i, 0) = bounce(i, q, v);
   }
-  const Approach nearest = nearest_approach(q, v);
-  has_impact = n_fe > 1 && nearest.contact >= 0 && (has_impact || nearest.gap <= 0);
-  const double t = std::clamp(nearest.t, kMargin * H_, (1 - kMargin) * H_);
-  const int n_impact = has_impact ? std::clamp(static_cast<int>(std::lround(n_fe * t / H_)), 1, n_fe - 1) : n_fe;
-  for (int n = 0; n < n_fe; ++n) {
-    if (n > 0) step.v_minus.col(n) = v;
-    if (n == n_impact) step.Lambda_n(nearest.contact, n) = bounce(nearest.contact, q, v);
-    const Vector v_plus = v;
-    if (n == n_impact) capture(nearest.contact, H_ - t, q, v);
-    const double h = !has_impact ? H_ / n_fe : n < n_impact ? t / n_impact : (H_ - t) / (n_fe - n_impact);
-    fly_element(h, q, v, step.elements[n]);
-    step.elements[n].v0 = v_plus;
+  const std::vector<Boundary> between = boundaries(q, v, has_impact);
+  const int n_boundaries = static_cast<int>(between.size());
+  double begin = 0;
+  int first = 0;  // element of the part that begins there
+  for (int m = 0; m <= n_boundaries; ++m) {
+    const double end = m < n_boundaries ? between[m].t : H_;
+    const int next = m < n_boundaries ? std::clamp(static_cast<int>(std::lround(n_fe * end / H_)), first + 1,
+                                                   n_fe - (n_boundaries - m))
+                                      : n_fe;
+    const int hit = m > 0 ? between[m - 1].contact : -1;
+    for (int n = first; n < next; ++n) {
+      if (n > 0) step.v_minus.col(n) = v;
+      const bool is_hit = n == first && hit >= 0;
+      if (is_hit) step.Lambda_n(hit, n) = bounce(hit, q, v);
+      const Vector v_plus = v;
+      if (is_hit) capture(hit, H_ - begin, q, v);
+      fly_element((end - begin) / (next - first), q, v, step.elements[n]);
+      step.elements[n].v0 = v_plus;
+    }
+    begin = end;
+    first = next;
   }
   return step;
 }

@@ -21,10 +21,11 @@ constexpr double kTouching = 1e-12;
 }  // namespace
 
 ContactEquations::ContactEquations(const Problem& plant, Cone cone, int facets, double eps, Mpcc& mpcc)
-    : plant_(plant),
-      info_(plant.info()),
+    : step_functions_(make_step_functions(plant)),
+      plant_(step_functions_.problem ? *step_functions_.problem : plant),
+      info_(plant_.info()),
       mpcc_(mpcc),
-      functions_(plant_functions(plant, eps)),
+      functions_(plant_functions(plant_, eps)),
       cone_(cone),
       facets_(facets) {
   if (!info_.bilateral.empty())
@@ -160,6 +161,15 @@ void ContactEquations::add_slip_velocity(Point& point, const std::string& name) 
   add_equations(functions_.slip, join<int>({point.q, point.v}), name + ", slip", point.slip);
 }
 
+/// (5)
+void ContactEquations::add_switching(Point& point, const std::vector<int>& theta, const std::string& name) {
+  if (step_functions_.size() == 0) return;
+  point.psi_plus = add_variables(step_functions_.size(), 0, kPositive, name + ", psi+");
+  point.psi_minus = add_variables(step_functions_.size(), 0, kPositive, name + ", psi-");
+  add_split(step_functions_.switching, join<int>({point.q, point.v, theta}), name + ", switching function",
+            point.psi_plus, point.psi_minus);
+}
+
 /// The unknowns of (2)-(4) at a point. @param has_force  whether the law is stated there, so that gamma is determined
 std::vector<ContactEquations::Slip> ContactEquations::add_slips(const Point& point, bool has_force,
                                                                 const std::string& name) {
@@ -254,9 +264,15 @@ ContactEquations::Stage ContactEquations::add_stage(const std::vector<int>& u, b
   stage.slip = add_slips(stage.point, true, name);
   stage.force = add_forces(stage.lambda_n, name);
   add_friction_laws(stage.point, stage.slip, stage.force, stage.lambda_n, name);
-  add_equations(functions_.dynamics,
-                join<int>({stage.point.q, stage.point.v, stage.w, stage.lambda_n, tangential(stage.force), u}),
-                name + ", dynamics");
+  stage.theta = add_variables(step_functions_.size(), 0, 0.5, name + ", theta");
+  stage.theta_rest = add_variables(step_functions_.size(), 0, 0.5, name + ", 1 - theta");
+  for (std::size_t k = 0; k < stage.theta.size(); ++k)
+    add_linear({{stage.theta[k], 1}, {stage.theta_rest[k], 1}}, 1, 1, name + ", theta");
+  add_switching(stage.point, stage.theta, name);
+  add_equations(
+      functions_.dynamics,
+      join<int>({stage.point.q, stage.point.v, stage.w, stage.lambda_n, tangential(stage.force), u, stage.theta}),
+      name + ", dynamics");
   return stage;
 }
 
@@ -343,9 +359,18 @@ void ContactEquations::guess_forces(const std::vector<Force>& forces, const Vect
   }
 }
 
+void ContactEquations::guess_switching(const Point& point, const Vector& q, const Vector& v, const Vector& theta) {
+  if (!point.psi_plus.empty()) guess_split(step_functions_.switching.at(q, v, theta), point.psi_plus, point.psi_minus);
+}
+
 void ContactEquations::guess_stage(const Stage& stage, const Vector& q, const Vector& v, const Vector& w,
-                                   const Vector& lambda_n, const Vector& lambda_t) {
+                                   const Vector& lambda_n, const Vector& lambda_t, const Vector& theta) {
   auto& variables = mpcc_.nlp.variables;
+  for (std::size_t k = 0; k < stage.theta.size(); ++k) {
+    variables[stage.theta[k]].guess = theta[static_cast<Eigen::Index>(k)];
+    variables[stage.theta_rest[k]].guess = 1 - theta[static_cast<Eigen::Index>(k)];
+  }
+  guess_switching(stage.point, q, v, theta);
   guess_point(stage.point, q, v, stage.slip);
   guess_forces(stage.force, lambda_n, lambda_t);
   for (int k = 0; k < info_.n_q; ++k) variables[stage.w[k]].guess = w[k];

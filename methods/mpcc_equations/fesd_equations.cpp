@@ -36,6 +36,24 @@ SmoothFunction runge_kutta_rows(const Matrix& A) {
   return {outputs, join<symbol>({{h, start}, values, slopes}), {}};
 }
 
+ex sum_of(const symbol* first, int count) {
+  ex total = 0;
+  for (int k = 0; k < count; ++k) total += first[k];
+  return total;
+}
+
+/// (13) minus nu: inputs of both elements, theta and 1 - theta at the stages, then a and b at the points; nu comes last.
+SmoothFunction switch_indicator(int n_s, int n_points) {
+  const int count = 2 * (n_s + n_points);  // of an element
+  const Symbols inputs(static_cast<std::size_t>(2 * count + 1));
+  const auto product = [&](int begin, int size) {  // of the sums of both elements
+    return sum_of(&inputs[begin], size) * sum_of(&inputs[count + begin], size);
+  };
+  const ex theta = product(0, n_s), rest = product(n_s, n_s), a = product(2 * n_s, n_points),
+           b = product(2 * n_s + n_points, n_points);
+  return {{(theta + b) * (rest + a) - inputs.back()}, inputs, {}};
+}
+
 }  // namespace
 
 const Names<FesdEquations::Impulses>& FesdEquations::impulse_names() {
@@ -67,11 +85,13 @@ FesdEquations::FesdEquations(const Problem& plant, const ButcherTableau& tableau
       right_end_(runge_kutta_rows(tableau.b.transpose())) {
   for (int i = 0; i < info_.n_c(); ++i) projects_ = projects_ || is_projected(i);
   indicator_.reserve(info_.contacts.size());  // blocks refer to them
-  Symbols lengths(2 + info_.contacts.size());
+  Symbols lengths(2 + info_.contacts.size() + static_cast<std::size_t>(step_functions_.size()));
   ex eta = 1;
   for (std::size_t i = 2; i < lengths.size(); ++i) eta *= lengths[i];
   if (options.equilibration == Equilibration::tanh) eta = GiNaC::tanh(eta);
   equilibration_ = {{(lengths[0] - lengths[1]) * eta}, lengths, {}};
+  if (step_functions_.size() > 0)
+    switch_indicator_ = switch_indicator(tableau.n_s, tableau.n_s + (stiffly_accurate_ ? 1 : 2));
 }
 
 /// Whether (10), (11) are stated.
@@ -215,6 +235,14 @@ void FesdEquations::add_projection(ElementVariables& element, const std::string&
   }
 }
 
+/// a_k or b_k of (12) at the left end, the stages and the right end.
+std::vector<int> FesdEquations::parts_of_psi(const ElementVariables& element, PartOfPsi part, std::size_t k) const {
+  std::vector<int> numbers{(element.left.*part)[k]};
+  for (const auto& stage : element.stages) numbers.push_back((stage.point.*part)[k]);
+  if (!stiffly_accurate_) numbers.push_back((element.right.*part)[k]);
+  return numbers;
+}
+
 /// Pairs of every stage value with every point value, or of their sums.
 void FesdEquations::add_cross(const std::vector<int>& stages, const std::vector<int>& points, const std::string& name) {
   switch (options_.cross) {
@@ -232,7 +260,7 @@ void FesdEquations::add_cross(const std::vector<int>& stages, const std::vector<
   }
 }
 
-/// The pairs of (4) and (9), and those of friction
+/// The pairs of (4), (9) and (12), and those of friction
 void FesdEquations::add_cross_complementarity(const ElementVariables& element, const std::string& name) {
   // Values of a quantity at the stages, and at the left end, the stages and the right end.
   const auto at_stages = [&](const auto& value) {
@@ -240,6 +268,13 @@ void FesdEquations::add_cross_complementarity(const ElementVariables& element, c
     for (const auto& stage : element.stages) numbers.push_back(value(stage));
     return numbers;
   };
+  for (std::size_t k = 0; k < element.left.psi_plus.size(); ++k) {  // (12)
+    const std::string at = fmt::format("{}, psi {}", name, k);
+    add_cross(at_stages([&](const Stage& s) { return s.theta_rest[k]; }), parts_of_psi(element, &Point::psi_plus, k),
+              at + ", 1 - theta _|_ psi+");
+    add_cross(at_stages([&](const Stage& s) { return s.theta[k]; }), parts_of_psi(element, &Point::psi_minus, k),
+              at + ", theta _|_ psi-");
+  }
   for (std::size_t i = 0; i < info_.contacts.size(); ++i) {
     const std::string at = fmt::format("{}, {}", name, info_.contacts[i].name);
     std::vector<int> gaps{element.left.gap[i]};
@@ -287,6 +322,17 @@ void FesdEquations::add_cross_complementarity(const ElementVariables& element, c
                 at + ", l _|_ D' v_t + gamma");
     }
   }
+}
+
+/// The inputs of switch_indicator() of one element.
+std::vector<int> FesdEquations::switch_lists(const ElementVariables& element, std::size_t k) const {
+  std::vector<int> theta, rest;
+  for (const auto& stage : element.stages) {
+    theta.push_back(stage.theta[k]);
+    rest.push_back(stage.theta_rest[k]);
+  }
+  return join<int>(
+      {theta, rest, parts_of_psi(element, &Point::psi_plus, k), parts_of_psi(element, &Point::psi_minus, k)});
 }
 
 /// The lists of variables whose sums (8) is made of: gaps at the points, lambda_n, then for a contact with friction
@@ -382,6 +428,12 @@ void FesdEquations::add_equilibration(const ElementVariables& before, const Elem
     add_equations(indicator_[i], inputs, at);
     lengths.push_back(nu);
   }
+  for (std::size_t k = 0; k < element.left.psi_plus.size(); ++k) {  // (13)
+    const std::string at = fmt::format("{}, psi {}, indicator", name, k);
+    const int nu = add_variable(0, kPositive, at);
+    add_equations(switch_indicator_, join<int>({switch_lists(before, k), switch_lists(element, k), {nu}}), at);
+    lengths.push_back(nu);
+  }
   add_equations(equilibration_, lengths, name + ", step equilibration");
 }
 
@@ -403,6 +455,8 @@ FesdEquations::Point FesdEquations::add_interval(const Point& start, const std::
     element.left.v = add_velocity(name + ", left end");
     add_impact(element, name);
     add_stages(element, u, name);
+    add_switching(element.left, element.stages.front().theta, name + ", left end");
+    if (!stiffly_accurate_) add_switching(element.right, element.stages.back().theta, name + ", right end");
     add_cross_complementarity(element, name);
     if (n > 0) add_equilibration(elements[n - 1], element, name);
     left = element.right;
@@ -461,6 +515,13 @@ FesdStep FesdEquations::read(const Vector& x, int interval) const {
   return step;
 }
 
+Matrix FesdEquations::theta(const Vector& x, int interval, int element) const {
+  const auto& stages = intervals_[static_cast<std::size_t>(interval)][static_cast<std::size_t>(element)].stages;
+  Matrix result(step_functions_.size(), tableau_.n_s);
+  for (int j = 0; j < tableau_.n_s; ++j) result.col(j) = values(x, stages[j].theta);
+  return result;
+}
+
 /// Cone::squared, from the guesses of v_t and lambda_t: 0 = -v_t - 2 gamma lambda_t.
 void FesdEquations::guess_gamma(const Point& point, const std::vector<Slip>& slips, const std::vector<Force>& forces) {
   if (options_.cone != Cone::squared) return;
@@ -487,6 +548,9 @@ void FesdEquations::set_guess(const FesdStep& step, int interval) {
     guess_point(element.left, stages.q0, stages.v0, element.left_slip);
     guess_forces(element.impulse, step.Lambda_n.col(column), step.Lambda_t.col(column));
     guess_gamma(element.left, element.left_slip, element.impulse);
+    const Vector theta =  // in the middle, since psi is zero at an end
+        step_functions_.sides(0.5 * (stages.q0 + stages.q1), 0.5 * (stages.v0 + stages.v1));
+    guess_switching(element.left, stages.q0, stages.v0, theta);
     const Matrix J = plant_.normal_jacobian(stages.q0);
     for (int i = 0; i < info_.n_c(); ++i) variables[element.Lambda_n[i]].guess = step.Lambda_n(i, column);
     guess_split(restitution(J, stages.v0, step.v_minus.col(column)), element.s_plus, element.s_minus);
@@ -511,10 +575,12 @@ void FesdEquations::set_guess(const FesdStep& step, int interval) {
     for (int j = 0; j < tableau_.n_s; ++j) {
       const Stage& stage = element.stages[j];
       guess_stage(stage, stages.q.col(j), stages.v.col(j), stages.a.col(j), stages.lambda_n.col(j),
-                  stages.lambda_t.col(j));
+                  stages.lambda_t.col(j), theta);
       guess_gamma(stage.point, stage.slip, stage.force);
     }
-    if (!stiffly_accurate_) guess_point(element.right, stages.q1, stages.v1, element.right_slip);
+    if (stiffly_accurate_) continue;
+    guess_point(element.right, stages.q1, stages.v1, element.right_slip);
+    guess_switching(element.right, stages.q1, stages.v1, theta);
   }
 }
 

@@ -62,6 +62,11 @@ ContactEquations::Point TimeSteppingEquations::add_step(const Point& left, const
       mpcc_.add_pair({slip.xi_plus[d]}, {slip.xi_minus[d]}, at + ", xi+ _|_ xi-");
     add_friction_pairs(slip, step.end.force[i], 1, at);
   }
+  for (int k = 0; k < step_functions_.size(); ++k) {  // (5) of contact_equations.h
+    const std::string at = fmt::format("{}, psi {}", name, k);
+    mpcc_.add_pair({point.psi_plus[k]}, {step.end.theta_rest[k]}, at + ", psi+ _|_ 1 - theta");
+    mpcc_.add_pair({point.psi_minus[k]}, {step.end.theta[k]}, at + ", psi- _|_ theta");
+  }
   steps_.push_back(std::move(step));
   return steps_.back().end.point;
 }
@@ -86,7 +91,7 @@ void TimeSteppingEquations::set_guess(int number, double h, const Vector& q_k, c
   auto& variables = mpcc_.nlp.variables;
   const Step& step = steps_[number];
   variables[step.h].guess = h;
-  guess_stage(step.end, q, v, (v - v_k) / h, lambda_n, lambda_t);
+  guess_stage(step.end, q, v, (v - v_k) / h, lambda_n, lambda_t, step_functions_.sides(q, v));
   if (law_ == Law::position) return;
   guess_split(plant_.gap(q_k + kPredicted * h * v_k), step.g_plus, step.g_minus);
   guess_split(restitution(plant_.normal_jacobian(q), v, v_k), step.s_plus, step.s_minus);
