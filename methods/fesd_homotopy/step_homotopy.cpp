@@ -21,7 +21,8 @@ constexpr double kRetrySigmas[] = {1e-3, 1e-1, 1e-6};
 constexpr int kProbes = 20;
 // A closed contact with at most this normal velocity rests [m/s].
 constexpr double kResting = 1e-6;
-// An impact is not guessed nearer to an end of the step than this part of it.
+// An impact is not guessed nearer to an end of the step than this part of it; a change of a branch not nearer than the
+// shortest element.
 constexpr double kMargin = 0.01;
 // delta of side_check.h: what the crossover solves to, with the factors of several equations; without a crossover this
 // many times what the relaxation leaves of the pairs.
@@ -279,7 +280,10 @@ std::vector<StepHomotopy::Boundary> StepHomotopy::boundaries(const Vector& q, co
     std::ranges::sort(all, {}, &Boundary::t);
   }
   all.resize(std::min(all.size(), static_cast<std::size_t>(options_.equations.n_fe) - 1));
-  for (Boundary& boundary : all) boundary.t = std::clamp(boundary.t, kMargin * H_, (1 - kMargin) * H_);
+  for (Boundary& boundary : all) {
+    const double margin = (boundary.contact >= 0 ? kMargin : options_.equations.shortest) * H_;
+    boundary.t = std::clamp(boundary.t, margin, H_ - margin);
+  }
   return all;
 }
 

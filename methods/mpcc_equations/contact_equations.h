@@ -30,6 +30,9 @@ namespace ricochet {
 ///
 ///   lambda_t = D l,   0 <= l  _|_  D' v_t + gamma >= 0,   0 <= gamma  _|_  mu lambda_n - sum l >= 0        (4)
 ///
+/// A friction element (Problem (8)) is such a contact without its degenerate parts: its coordinate z and v_z are the
+/// constant 0, so that the dynamics state lambda_n = F, and gaps, impulses and laws of impacts are left out.
+///
 /// Where formulas of forces bend or jump, they are functions of theta (problems/regions/step_functions.h), with
 ///
 ///   psi_k(q, v, theta) = a_k - b_k,   0 <= a_k  _|_  1 - theta_k >= 0,   0 <= b_k  _|_  theta_k >= 0       (5)
@@ -93,6 +96,16 @@ class ContactEquations {
 
   using Terms = std::vector<std::pair<int, double>>;
 
+  bool is_element(int contact) const { return info_.contacts[static_cast<std::size_t>(contact)].is_friction_element; }
+  /// The coordinate is the z of a friction element.
+  bool is_of_element(int coordinate) const {
+    return coordinate >= info_.n_mechanical() && coordinate < info_.n_mechanical() + info_.n_friction_elements;
+  }
+  /// Makes variables of friction elements the constant 0. @param of_contacts  n_c variables
+  void fix_elements(const std::vector<int>& of_contacts);
+  /// Leaves the rows of friction elements out, of n_c that begin with `first`.
+  void drop_elements(int first);
+
   int add_variable(double lower, double guess, const std::string& name);
   std::vector<int> add_variables(int count, double lower, double guess, const std::string& name);
   void add_linear(const Terms& terms, double lower, double upper, const std::string& name);
@@ -109,7 +122,8 @@ class ContactEquations {
   /// The first of (5). @param theta  of the stage whose formulas hold at the point
   void add_switching(Point& point, const std::vector<int>& theta, const std::string& name);
   std::vector<Slip> add_slips(const Point& point, bool has_force, const std::string& name);
-  std::vector<Force> add_forces(const std::vector<int>& lambda_n, const std::string& name);
+  /// @param is_impulse  friction elements have none: their lambda_t are zero, without slack
+  std::vector<Force> add_forces(const std::vector<int>& lambda_n, bool is_impulse, const std::string& name);
   /// A point where the dynamics hold, with the control u. @param has_gap  whether its gaps are variables, >= 0
   Stage add_stage(const std::vector<int>& u, bool has_gap, const std::string& name);
   void add_friction_laws(const Point& point, const std::vector<Slip>& slip, const std::vector<Force>& force,

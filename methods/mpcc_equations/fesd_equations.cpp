@@ -102,7 +102,7 @@ bool FesdEquations::is_projected(int contact) const {
 
 /// Whether a contact that stays closed has no normal velocity, but for rounding.
 bool FesdEquations::keeps_velocity(int contact) const {
-  return info_.contacts[static_cast<std::size_t>(contact)].is_affine || is_projected(contact);
+  return !is_element(contact) && (info_.contacts[static_cast<std::size_t>(contact)].is_affine || is_projected(contact));
 }
 
 /// J_n' v = plus - minus, both >= 0 where `is_split`, else minus = -1 and plus of either sign.
@@ -124,22 +124,34 @@ void FesdEquations::add_normal_velocity(const Point& point, const std::function<
 void FesdEquations::add_impact(ElementVariables& element, const std::string& name) {
   const int n_c = info_.n_c();
   element.Lambda_n = add_variables(n_c, 0, kPositive, name + ", Lambda_n");
+  fix_elements(element.Lambda_n);
   if (element.left.gap.empty()) add_gap(element.left, name + ", left end");
   add_slip_velocity(element.left, name + ", left end");
   element.left_slip = add_slips(element.left, true, name + ", left end");
-  element.impulse = add_forces(element.Lambda_n, name + ", impulse");
+  element.impulse = add_forces(element.Lambda_n, true, name + ", impulse");
+  const int balance = mpcc_.nlp.n_rows();
   add_equations(
       functions_.impulse,
       join<int>({element.left.q, element.left.v, element.v_minus, element.Lambda_n, tangential(element.impulse)}),
       name + ", impulse balance");
+  for (int k = 0; k < info_.n_q; ++k) {
+    if (!is_of_element(k)) continue;
+    mpcc_.nlp.rows[balance + k].lower = -kInfinity;
+    mpcc_.nlp.rows[balance + k].upper = kInfinity;
+  }
   if (n_c == 0) return;
   add_friction_laws(element.left, element.left_slip, element.impulse, element.Lambda_n, name + ", impulse");
 
   element.s_plus = add_variables(n_c, 0, kPositive, name + ", s+");
   element.s_minus = add_variables(n_c, 0, kPositive, name + ", s-");
+  fix_elements(element.s_plus);
+  fix_elements(element.s_minus);
+  const int restitution = mpcc_.nlp.n_rows();
   add_split(functions_.restitution, join<int>({element.left.q, element.left.v, element.v_minus}),
             name + ", restitution", element.s_plus, element.s_minus);
+  drop_elements(restitution);
   for (int i = 0; i < n_c; ++i) {
+    if (is_element(i)) continue;
     const std::string at = fmt::format("{}, {}", name, info_.contacts[i].name);
     const int y = element.left.gap[i], Lambda = element.Lambda_n[i], plus = element.s_plus[i],
               minus = element.s_minus[i];
@@ -160,6 +172,7 @@ void FesdEquations::add_impact(ElementVariables& element, const std::string& nam
     std::vector<int> rows;
     for (int i = 0; i < n_c; ++i)
       rows.push_back(mpcc_.nlp.add_row(0, kInfinity, fmt::format("{}, {}, gap ahead", name, info_.contacts[i].name)));
+    drop_elements(rows.front());
     mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(
         functions_.ahead, join<int>({element.left.q, element.left.v, {element.h}}), rows));
   }
@@ -181,6 +194,7 @@ void FesdEquations::add_stages(ElementVariables& element, const std::vector<int>
     element.right_slip = add_slips(element.right, false, name + ", right end");
   }
   for (int k = 0; k < n_q; ++k) {
+    if (is_of_element(k)) continue;  // constants
     std::vector<int> q{element.h, element.left.q[k]}, v{element.h, element.left.v[k]}, slopes_q, slopes_v;
     for (const auto& stage : element.stages) {
       q.push_back(stage.point.q[k]);
@@ -280,7 +294,8 @@ void FesdEquations::add_cross_complementarity(const ElementVariables& element, c
     std::vector<int> gaps{element.left.gap[i]};
     for (const auto& stage : element.stages) gaps.push_back(stage.point.gap[i]);
     if (!stiffly_accurate_) gaps.push_back(element.right.gap[i]);
-    add_cross(at_stages([&](const Stage& s) { return s.lambda_n[i]; }), gaps, at + ", lambda_n _|_ gap");
+    if (!info_.contacts[i].is_friction_element)
+      add_cross(at_stages([&](const Stage& s) { return s.lambda_n[i]; }), gaps, at + ", lambda_n _|_ gap");
     if (options_.no_capture && keeps_velocity(static_cast<int>(i)))
       add_cross(at_stages([&](const Stage& s) { return s.lambda_n[i]; }), {element.z_plus[i]},
                 at + ", lambda_n _|_ z+");
@@ -316,7 +331,7 @@ void FesdEquations::add_cross_complementarity(const ElementVariables& element, c
     }
     add_cross(at_stages([&](const Stage& s) { return s.force[i].slack[0]; }),
               at_points([](const Slip& s) { return s.gamma; }), at + ", cone _|_ gamma");
-    for (std::size_t f = 0; f < element.impulse[i].facets.size(); ++f) {
+    for (std::size_t f = 0; f < element.stages.front().force[i].facets.size(); ++f) {
       add_cross(at_stages([&](const Stage& s) { return s.force[i].facets[f]; }),
                 at_points([&](const Slip& s) { return component(s.rates, static_cast<int>(f)); }),
                 at + ", l _|_ D' v_t + gamma");
