@@ -73,6 +73,23 @@ std::string SideCheck::leaves(const Element& element, const Vector& sides, doubl
   return {};
 }
 
+/// n_s x (2 n_q + n_s), of psi.
+Matrix SideCheck::derivative(const Vector& q, const Vector& v, const Vector& sides) const {
+  Vector x(q.size() + v.size() + sides.size());
+  x << q, v, sides;
+  Matrix J = Matrix::Zero(steps_.size(), x.size());
+  steps_.switching.jacobian(x.data(), J.data());
+  return J;
+}
+
+Vector SideCheck::acceleration(const Vector& q, const Vector& v, Vector sides, int k, int side) const {
+  sides[k] = side;
+  Vector u(problem_.info().n_u + sides.size()), F(q.size());
+  u << problem_.info().u, sides;
+  steps_.problem->force(q.data(), v.data(), u.data(), F.data());
+  return CholeskyFactors(problem_.mass_matrix(q)).solve(F);
+}
+
 /// (b), at the last stage
 std::string SideCheck::is_not_unique(const Element& element, const Vector& sides) const {
   std::vector<int> on;
@@ -81,47 +98,76 @@ std::string SideCheck::is_not_unique(const Element& element, const Vector& sides
   }
   if (on.empty()) return {};
   const Vector q = element.q.rightCols<1>(), v = element.v.rightCols<1>();
-  const Problem& plant = *steps_.problem;
-  const Eigen::Index n_q = q.size(), n_u = problem_.info().n_u;
-  Vector x(2 * n_q + sides.size()), u(n_u + sides.size());
-  x << q, v, sides;
-  u << problem_.info().u, sides;
-  Matrix J = Matrix::Zero(steps_.size(), x.size());
-  steps_.switching.jacobian(x.data(), J.data());
-  const CholeskyFactors M(plant.mass_matrix(q));
+  const Eigen::Index n_q = q.size();
+  const Matrix J = derivative(q, v, sides);
   const auto count = static_cast<Eigen::Index>(on.size());
   Matrix by_velocity(count, count), by_position(count, count), size(count, count);
   for (Eigen::Index column = 0; column < count; ++column) {
-    Vector F[2] = {Vector(n_q), Vector(n_q)};
-    for (const int side : {0, 1}) {
-      Vector on_side = u;
-      on_side[n_u + on[column]] = side;
-      plant.force(q.data(), v.data(), on_side.data(), F[side].data());
-    }
-    const Vector jump = M.solve(Vector(F[1] - F[0])), terms = M.solve(F[0]).cwiseAbs() + M.solve(F[1]).cwiseAbs();
+    const Vector above = acceleration(q, v, sides, on[column], 1), below = acceleration(q, v, sides, on[column], 0);
+    const Vector jump = above - below, terms = above.cwiseAbs() + below.cwiseAbs();
     for (Eigen::Index row = 0; row < count; ++row) {
-      by_velocity(row, column) = J.row(on[row]).segment(n_q, n_q).dot(jump);
-      by_position(row, column) = J.row(on[row]).head(n_q).dot(jump);
-      size(row, column) =
-          J.row(on[row]).head(n_q).cwiseAbs().dot(terms) + J.row(on[row]).segment(n_q, n_q).cwiseAbs().dot(terms);
+      const auto of_q = J.row(on[row]).head(n_q), of_v = J.row(on[row]).segment(n_q, n_q);
+      by_velocity(row, column) = of_v.dot(jump);
+      by_position(row, column) = of_q.dot(jump);
+      size(row, column) = (of_q.cwiseAbs() + of_v.cwiseAbs()).dot(terms);
     }
   }
   const double none = kNoInfluence * size.maxCoeff();
-  const Matrix& D = by_velocity.cwiseAbs().maxCoeff() > none ? by_velocity : by_position;
-  if (D.cwiseAbs().maxCoeff() <= none) return {};  // a corner
-  if (is_P(-D)) return {};
+  std::vector<int> jumping;  // the others are corners
   std::string formulas;
-  for (const int k : on)
-    formulas += (formulas.empty() ? "" : ", ") + problem_.info().switches[static_cast<std::size_t>(k)].formula;
+  for (int c = 0; c < count; ++c) {
+    if (std::max(by_velocity.col(c).cwiseAbs().maxCoeff(), by_position.col(c).cwiseAbs().maxCoeff()) <= none) continue;
+    jumping.push_back(c);
+    formulas += (formulas.empty() ? "" : ", ") + problem_.info().switches[static_cast<std::size_t>(on[c])].formula;
+  }
+  if (jumping.empty()) return {};
+  const Matrix D = -(by_velocity.cwiseAbs().maxCoeff() > none ? by_velocity : by_position)(jumping, jumping);
+  if (is_P(D)) return {};
   return fmt::format("the motion stays where {} = 0, and both sides lead away, or may: it is not unique", formulas);
 }
 
-std::string SideCheck::operator()(const FesdStep& step, const std::vector<Matrix>& theta, double accuracy) {
+/// (c), at the left end
+std::string SideCheck::branches(const Element& element, const Vector& sides, double accuracy) const {
+  const Vector &q = element.q0, &v = element.v0;
+  const Eigen::Index n_q = q.size();
+  const Vector psi = steps_.switching.at(q, v, sides), size = steps_.sizes(q, v, sides);
+  const Matrix J = derivative(q, v, sides);
+  const Vector of_contacts =
+      CholeskyFactors(problem_.mass_matrix(q))
+          .solve(Vector(problem_.force_directions(problem_.normal_jacobian(q)) * element.lambda_n.col(0) +
+                        problem_.force_directions(problem_.tangent_jacobian(q)) * element.lambda_t.col(0)));
+  for (int k = 0; k < psi.size(); ++k) {
+    if (std::abs(psi[k]) > accuracy * size[k]) continue;
+    const auto of_q = J.row(k).head(n_q), of_v = J.row(k).segment(n_q, n_q);
+    double rate[2], second[2], terms = of_q.cwiseAbs().dot(v.cwiseAbs()), second_terms = 0;
+    for (const int side : {0, 1}) {
+      const Vector a = acceleration(q, v, sides, k, side) + of_contacts;
+      rate[side] = of_q.dot(v) + of_v.dot(a);
+      second[side] = of_q.dot(a);
+      terms += of_v.cwiseAbs().dot(a.cwiseAbs());
+      second_terms += of_q.cwiseAbs().dot(a.cwiseAbs());
+    }
+    const double none = kNoInfluence * terms, no_second = kNoInfluence * second_terms;
+    const bool is_zero = std::abs(rate[0]) <= none && std::abs(rate[1]) <= none;
+    const bool leads_away =
+        is_zero ? second[1] > no_second && second[0] < -no_second : rate[1] > none && rate[0] < -none;
+    if (leads_away)
+      return fmt::format("both sides of {} = 0 lead away from it: the motion is not unique",
+                         problem_.info().switches[static_cast<std::size_t>(k)].formula);
+  }
+  return {};
+}
+
+std::string SideCheck::operator()(const FesdStep& step, const std::vector<Matrix>& theta, double accuracy,
+                                  bool is_start) {
   for (int n = 0; n < step.n_elements; ++n) {
     const Element& element = step.elements[static_cast<std::size_t>(n)];
     const Vector sides = sides_of(theta[static_cast<std::size_t>(n)]);
     if (std::string why = leaves(element, sides, accuracy); !why.empty()) return why;
     if (std::string why = is_not_unique(element, sides); !why.empty()) return why;
+    const bool is_new = (is_start && n == 0) || (step.Lambda_n.rows() > 0 && step.Lambda_n.col(n).maxCoeff() > 0);
+    if (!is_new) continue;
+    if (std::string why = branches(element, sides, accuracy); !why.empty()) return why;
   }
   return {};
 }

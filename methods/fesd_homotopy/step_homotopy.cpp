@@ -107,7 +107,7 @@ void StepHomotopy::check_sides() {
   std::vector<Matrix> theta;
   for (int n = 0; n < step.n_elements; ++n) theta.push_back(equations_.theta(solution_.x, 0, n));
   const double accuracy = std::max(kSideAccuracy, kOfComplementarity * solution_.complementarity);
-  const std::string why = (*side_check_)(step, theta, accuracy);
+  const std::string why = (*side_check_)(step, theta, accuracy, n_steps_ == 0);
   if (why.empty()) return;
   solution_.status = Status::infeasible;
   solution_.message = why;
