@@ -13,7 +13,7 @@ namespace {
 
 constexpr int kPoints = 16;            // of an element
 constexpr double kInside = 1e-6;       // theta nearer to 0 or 1 is a side
-constexpr double kNoInfluence = 1e-9;  // of the terms of (2): a formula that does not jump
+constexpr double kNoInfluence = 1e-9;  // of the terms of (2), (3): zero
 constexpr double kAtEnd = 1e-6;        // of an element: a zero so near to its end is the switch there
 
 bool is_side(double theta) {
@@ -139,7 +139,7 @@ std::string SideCheck::branches(const Element& element, const Vector& sides, dou
   for (int k = 0; k < psi.size(); ++k) {
     if (std::abs(psi[k]) > accuracy * size[k]) continue;
     const auto of_q = J.row(k).head(n_q), of_v = J.row(k).segment(n_q, n_q);
-    double rate[2], second[2], terms = of_q.cwiseAbs().dot(v.cwiseAbs()), second_terms = 0;
+    double rate[2], second[2], terms = of_q.cwiseAbs().dot((1 + v.array().abs()).matrix()), second_terms = 0;
     for (const int side : {0, 1}) {
       const Vector a = acceleration(q, v, sides, k, side) + of_contacts;
       rate[side] = of_q.dot(v) + of_v.dot(a);

@@ -269,17 +269,19 @@ std::vector<StepHomotopy::Boundary> StepHomotopy::boundaries(const Vector& q, co
   std::vector<Boundary> all;
   const Approach nearest = nearest_approach(q, v);
   has_impact = nearest.contact >= 0 && (has_impact || nearest.gap <= 0);
-  if (has_impact) all.push_back({nearest.t, nearest.contact});
+  const std::size_t most = static_cast<std::size_t>(options_.equations.n_fe) - 1;
   if (side_check_) {
     Vector q_t = q, v_t = v;
     add_branch_changes(0, has_impact ? nearest.t : H_, q_t, v_t, all);
+    if (has_impact && nearest.gap > 0 && all.size() >= most) has_impact = false;  // what the flight has goes first
     if (has_impact) {
       bounce(nearest.contact, q_t, v_t);
       add_branch_changes(nearest.t, H_, q_t, v_t, all);
     }
-    std::ranges::sort(all, {}, &Boundary::t);
   }
-  all.resize(std::min(all.size(), static_cast<std::size_t>(options_.equations.n_fe) - 1));
+  if (has_impact) all.push_back({nearest.t, nearest.contact});
+  std::ranges::sort(all, {}, &Boundary::t);
+  all.resize(std::min(all.size(), most));
   for (Boundary& boundary : all) {
     const double margin = (boundary.contact >= 0 ? kMargin : options_.equations.shortest) * H_;
     boundary.t = std::clamp(boundary.t, margin, H_ - margin);
