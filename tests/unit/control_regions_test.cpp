@@ -2,14 +2,16 @@
 #include <gtest/gtest.h>
 
 #include <random>
+#include <utility>
 
 #include "bench/control/control_options.h"
 #include "bench/control/replay.h"
 #include "methods/complementarity/mpcc/homotopy.h"
 #include "methods/control/fesd_transcription.h"
 #include "methods/control/shrinking_horizon.h"
-#include "methods/control/time_stepping_transcription.h"
+#include "methods/mpcc_equations/time_stepping_equations.h"
 #include "problems/input_error.h"
+#include "problems/scene_file/scene_file.h"
 #include "tests/nlp_check.h"
 
 namespace ricochet {
@@ -59,13 +61,21 @@ TEST(ControlRegions, DerivativesAreExact) {
   }
 }
 
-TEST(ControlRegions, TimeSteppingHasTheSameForces) {
-  const auto options = ControlOptions::parse("turbo_car --discretisation time_stepping --steps 4");
-  const auto problem = options.make_problem();
-  const auto transcription = options.make_transcription(*problem);
-  const MpccSolution s = Homotopy(options.homotopy_options()).solve(transcription->mpcc());
-  ASSERT_TRUE(s.succeeded()) << s.message;
-  EXPECT_NEAR(transcription->trajectory(s.x).T, 12, 0.6) << "of order 1, with steps of 0.4 s";
+// v = v_0 + h f(v) on the side of v, or v = 1 where neither side has a solution: f jumps from 3 to 1 there.
+TEST(ControlRegions, StepsOfTimeSteppingAreImplicit) {
+  const auto plant = read_scene_text(
+      R"json({"q0": ["0"], "v0": ["0"], "T": 1, "M": [["1"]], "f": ["if(v[0]**2 < 1, 3, 1)"], "contacts": []})json",
+      "scene");
+  for (const auto& [v_0, v] : {std::pair(0.2, 0.95), {0.5, 1.0}, {1.2, 1.45}}) {
+    const double h = 0.25;
+    Mpcc mpcc;
+    TimeSteppingEquations equations(*plant, {}, mpcc);
+    equations.add_step(equations.add_initial_state(Vector::Zero(1), Vector::Constant(1, v_0)), {},
+                       mpcc.nlp.add_variable(h, h, h, "h"));
+    const MpccSolution s = Homotopy({.sigma_0 = 1e-2, .sigma_final = 1e-8}).solve(mpcc);
+    ASSERT_TRUE(s.succeeded()) << s.message;
+    EXPECT_NEAR(equations.velocity(s.x, 0)[0], v, 1e-8) << v_0;
+  }
 }
 
 TEST(ControlRegions, OthersDecline) {
