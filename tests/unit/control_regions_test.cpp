@@ -78,6 +78,29 @@ TEST(ControlRegions, StepsOfTimeSteppingAreImplicit) {
   }
 }
 
+// A friction element of 3 N brakes 1 kg, and holds it.
+TEST(ControlRegions, StepsOfTimeSteppingHaveFrictionElements) {
+  const auto plant = read_scene_text(
+      R"json({"q0": ["0"], "v0": ["0"], "T": 1, "M": [["1"]], "f": ["1"], "contacts": [],
+              "friction": [{"name": "guide", "Jt": [["1"]], "bound": "3"}]})json",
+      "scene");
+  for (const auto cone : {FrictionCone::exact, FrictionCone::polyhedral}) {
+    for (const auto& [v_0, v] : {std::pair(1.0, 0.8), {0.1, 0.0}, {-1.0, -0.6}}) {
+      const double h = 0.1;
+      Mpcc mpcc;
+      TimeSteppingEquations equations(*plant, {.cone = cone}, mpcc);
+      Vector q(2), velocity(2);
+      q << 0, 0;
+      velocity << v_0, 0;
+      equations.add_step(equations.add_initial_state(q, velocity), {}, mpcc.nlp.add_variable(h, h, h, "h"));
+      const MpccSolution s = Homotopy({.sigma_0 = 1e-2, .sigma_final = 1e-8}).solve(mpcc);
+      ASSERT_TRUE(s.succeeded()) << s.message;
+      EXPECT_NEAR(equations.velocity(s.x, 0)[0], v, 1e-8) << v_0;
+      EXPECT_NEAR(equations.normal_impulse(s.x, 0)[0], 0.3, 1e-8) << v_0;
+    }
+  }
+}
+
 TEST(ControlRegions, OthersDecline) {
   const auto problem = make_control_problem("turbo_car");
   EXPECT_THROW(ControlOptions::parse("turbo_car --discretisation time_freezing").make_transcription(*problem),
