@@ -152,10 +152,37 @@ FesdStep StepHomotopy::cold() const {
   return step;
 }
 
-/// (1), with the forces that hold the contacts that are closed, as far as they push. @param lambda_n  overwritten
-Vector StepHomotopy::acceleration(const Vector& q, const Vector& v, Vector& lambda_n) const {
+/// (2)
+Vector StepHomotopy::element_friction(const Vector& q, const Vector& v, const Vector& force, const Matrix& J_t,
+                                      const Matrix& M_J_t) const {
+  Vector lambda_t = Vector::Zero(info_.n_lambda_t);
+  const Vector v_t = problem_.tangent_jacobian(q).transpose() * v;
+  int z = info_.n_mechanical();
+  for (const ContactInfo& contact : info_.contacts) {
+    if (!contact.is_friction_element) continue;
+    const double bound = std::max(-force[z++], 0.0);
+    double G = 0;
+    for (int d = contact.tangent_index; d < contact.tangent_index + contact.n_t; ++d)
+      G = std::max(G, J_t.col(d).dot(M_J_t.col(d)));
+    const auto slip = v_t.segment(contact.tangent_index, contact.n_t);
+    const double speed = std::max(slip.norm(), H_ * G * bound);
+    if (speed > 0) lambda_t.segment(contact.tangent_index, contact.n_t) = -bound / speed * slip;
+  }
+  return lambda_t;
+}
+
+/// (1), with the forces that hold the contacts that are closed, as far as they push. @param lambda  overwritten
+Vector StepHomotopy::acceleration(const Vector& q, const Vector& v, Forces& lambda) const {
   const CholeskyFactors M(problem_.mass_matrix(q));
-  Vector a = M.solve(problem_.force(q, v));
+  const Vector force = problem_.force(q, v);
+  Vector a = M.solve(force);
+  lambda.t.setZero(info_.n_lambda_t);
+  if (info_.n_friction_elements > 0) {
+    const Matrix J_t = problem_.force_directions(problem_.tangent_jacobian(q)), M_J_t = M.solve_columns(J_t);
+    lambda.t = element_friction(q, v, force, J_t, M_J_t);
+    a += M_J_t * lambda.t;
+  }
+  Vector& lambda_n = lambda.n;
   lambda_n.setZero(info_.n_c());
   std::vector<int> closed;
   for (int i = 0; i < info_.n_c(); ++i) {
@@ -171,7 +198,7 @@ Vector StepHomotopy::acceleration(const Vector& q, const Vector& v, Vector& lamb
 
 /// (1) over a time h by one step of the classical Runge-Kutta method.
 void StepHomotopy::fly(double h, Vector& q, Vector& v) const {
-  Vector ignored;
+  Forces ignored;
   const Vector a1 = acceleration(q, v, ignored), v2 = v + h / 2 * a1;
   const Vector a2 = acceleration(q + h / 2 * v, v2, ignored), v3 = v + h / 2 * a2;
   const Vector a3 = acceleration(q + h / 2 * v2, v3, ignored), v4 = v + h * a3;
@@ -185,16 +212,16 @@ void StepHomotopy::fly_element(double h, Vector& q, Vector& v, Element& element)
   element.h = h;
   element.q0 = q;
   element.v0 = v;
-  element.lambda_t.setZero();
-  Vector lambda_n;
+  Forces lambda;
   double c = 0;
   for (int j = 0; j < tableau_.n_s; ++j) {
     fly((tableau_.c[j] - c) * h, q, v);
     c = tableau_.c[j];
     element.q.col(j) = q;
     element.v.col(j) = v;
-    element.a.col(j) = acceleration(q, v, lambda_n);
-    element.lambda_n.col(j) = lambda_n;
+    element.a.col(j) = acceleration(q, v, lambda);
+    element.lambda_n.col(j) = lambda.n;
+    element.lambda_t.col(j) = lambda.t;
   }
   fly((1 - c) * h, q, v);
   element.q1 = q;
@@ -230,7 +257,7 @@ double StepHomotopy::bounce(int contact, const Vector& q, Vector& v) const {
 
 /// Closes a contact that bounces so little that its acceleration brings it back within a time h.
 void StepHomotopy::capture(int contact, double h, const Vector& q, Vector& v) {
-  Vector ignored;
+  Forces ignored;
   const Vector J = problem_.normal_jacobian(q).col(contact);
   if (J.dot(v) + h * J.dot(acceleration(q, v, ignored)) > 0) return;
   is_resting_[contact] = true;
