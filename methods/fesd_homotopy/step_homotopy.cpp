@@ -41,7 +41,7 @@ StepHomotopy::StepHomotopy(const Problem& problem, const ButcherTableau& tableau
       initial_(equations_.add_initial_state(info_.q0, info_.v0)),
       right_(equations_.add_interval(initial_, add_control(), H, -1, 1)),
       solver_(mpcc_, options.homotopy) {
-  if (!info_.switches.empty()) side_check_.emplace(problem, equations_.step_functions(), tableau_);
+  if (equations_.step_functions().size() > 0) side_check_.emplace(problem, equations_.step_functions(), tableau_);
   if (side_check_ && options.guess == Guess::pivoting)
     throw InputError("guess", "pivoting", "another one is required where forces have abs, sign, min, max or if");
   if (options.guess == Guess::pivoting)
@@ -279,7 +279,7 @@ void StepHomotopy::add_branch_changes(double from, double to, Vector& q, Vector&
     fly(dt, q, v);
     const Vector after = psi_at();
     const double begin = from + m * dt;
-    for (int k = 0; k < before.size(); ++k) {
+    for (int k = 0; k < equations_.step_functions().size(); ++k) {
       if (info_.switches[static_cast<std::size_t>(k)].is_of_time) {
         const double t = q_before[info_.clock], end = q[info_.clock];
         const double at = first_time_switch(problem_, k, {t, end}, q_before, v);

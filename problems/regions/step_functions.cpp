@@ -101,6 +101,13 @@ StepFunctions make_step_functions(const Problem& problem) {
   const SymbolicModel* stated = problem.formulas();
   if (!stated) throw InputError("problem", info.id, "a problem with formulas is required: a scene or a scene file");
   SwitchedModel switched = with_switching_functions(with_jumps_as_friction(*stated));
+  if (switched.model.until) {  // the last one, which changes no formula
+    switched.functions.pop_back();
+    switched.signs.pop_back();
+    switched.described.pop_back();
+    switched.model.until.reset();
+    if (switched.functions.empty()) return {};
+  }
   require_smooth_contacts(switched);
   std::vector<symbol> theta;
   for (std::size_t k = 0; k < switched.signs.size(); ++k) theta.emplace_back(fmt::format("theta[{}]", k));

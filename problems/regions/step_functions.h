@@ -29,14 +29,15 @@ struct StepFunctions {
   std::unique_ptr<SymbolicProblem> problem;  ///< (2); its controls are those of the scene, then theta
   SmoothFunction switching;                  ///< (q, v, theta) -> psi_k, with (2) for signs inside of arguments
 
-  int size() const { return switching.n_outputs(); }  ///< Number n_s of switching functions.
+  /// Number n_s of functions: those of ProblemInfo::switches, but for `until`, which is the last one there.
+  int size() const { return switching.n_outputs(); }
   /// Values of theta in {0, 1} at a state, n_s: the side of every psi_k, as its formulas give it; 1 where it is zero.
   Vector sides(const Vector& q, const Vector& v) const;
   /// n_s, sizes of the terms of psi_k in x = (q, v): sum_j |d psi_k / dx_j| (1 + |x_j|), to tell a rounded zero.
   Vector sizes(const Vector& q, const Vector& v, const Vector& theta) const;
 };
 
-/// The step functions of a `problem` that has switching functions; no functions if it has none.
+/// The step functions of a `problem`, for its switching functions without ProblemInfo::until; none if it has no others.
 /// @throws InputError for a problem without formulas, for signs in M, a gap, a tangent or a drive, and for formulas that
 /// are not affine in more than 4 signs
 StepFunctions make_step_functions(const Problem& problem);
