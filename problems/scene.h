@@ -32,7 +32,8 @@
 ///
 ///     mass(q)                  M depends on q; Mat<T, n> instead of Vec<T, n>, of mass() or mass(q), is a full matrix
 ///     tangents(q)              std::array<std::array<Vec<T, n_q>, n_t>, n_c>, columns of J_t; needed when some mu > 0
-///     input(q), control()      Mat-like std::array of n_q rows with n_u entries; the constant u of the plain simulation
+///     input(q), control()      Mat-like std::array of n_q rows with n_u entries, instead of input(q) also input(q, v);
+///                              the constant u of the plain simulation
 ///     potential_energy(q)      for energy reports
 ///     impact_law()             ImpactLaw: which law impacts obey, Newton's without it (impact_hypothesis.h)
 ///     friction(q, v)           std::array<Friction<T, n_q>, n>: friction without a normal contact, by elements
@@ -171,8 +172,10 @@ auto tangents_of(const auto& scene, const auto& q, const auto& t) {
     return scene.tangents(q);
 }
 
-auto input_of(const auto& scene, const auto& q, const auto& t) {
-  if constexpr (requires { scene.input(q, t); })
+auto input_of(const auto& scene, const auto& q, const auto& v, const auto& t) {
+  if constexpr (requires { scene.input(q, v); })
+    return scene.input(q, v);
+  else if constexpr (requires { scene.input(q, t); })
     return scene.input(q, t);
   else
     return scene.input(q);
@@ -253,8 +256,9 @@ constexpr bool sizes_agree() {
                     "drives() needs as many entries as contacts()");
   }
   if constexpr (HasControl<Scene>)
-    static_assert(length<decltype(input_of(std::declval<S>(), std::declval<Q>(), std::declval<T>()))> == n,
-                  "input() needs as many rows as q0() has numbers");
+    static_assert(
+        length<decltype(input_of(std::declval<S>(), std::declval<Q>(), std::declval<Q>(), std::declval<T>()))> == n,
+        "input() needs as many rows as q0() has numbers");
   return true;
 }
 
@@ -306,7 +310,7 @@ SymbolicModel symbolic_model(Scene<double> numeric) {
   const ex t = model.t;
   model.force = list(force_of(scene, q, v, t));
   if constexpr (HasControl<Scene<ex>>) {
-    for (const auto& row : input_of(scene, q, t)) model.input.push_back(list(row));
+    for (const auto& row : input_of(scene, q, v, t)) model.input.push_back(list(row));
     model.control = list(control_of(scene, t));
     for (std::size_t k = 0; k < model.control.size(); ++k) model.u.emplace_back(fmt::format("u[{}]", k));
   }
@@ -355,7 +359,7 @@ class CompiledProblem final : public SymbolicProblem {
     const double t = time(q);
     auto value = scene_detail::force_of(scene_, position, velocity, t);
     if constexpr (scene_detail::HasControl<Scene<double>>) {
-      const auto B_u = scene_detail::input_of(scene_, position, t);
+      const auto B_u = scene_detail::input_of(scene_, position, velocity, t);
       if constexpr (scene_detail::HasControlOfTime<Scene<double>>) {
         const auto u_t = scene_.control(t);
         if (info_.n_u == 0) u = u_t.data();

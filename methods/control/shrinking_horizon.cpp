@@ -2,6 +2,8 @@
 
 #include <Eigen/QR>
 
+#include "problems/input_error.h"
+
 namespace ricochet {
 namespace {
 
@@ -40,6 +42,9 @@ ShrinkingHorizon::ShrinkingHorizon(const OptimalControlProblem& problem, Transcr
       pivoting_(plant_, transcription.simulation().tableau, transcription.simulation().options, counters_),
       q_(plant_.info().q0),
       v_(plant_.info().v0) {
+  if (!plant_.info().switches.empty())
+    throw InputError("plant", problem.id,
+                     "one without abs, sign, min, max and if is required: the steps of the plant locate no switches");
   pivoting_.start(q_, v_);
 }
 

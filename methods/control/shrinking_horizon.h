@@ -22,7 +22,8 @@ namespace ricochet {
 /// If T is free, it is also free in (1): N times the length of the remaining intervals.
 class ShrinkingHorizon {
  public:
-  /// @param problem, transcription  must outlive this object. @throws InputError for options out of range
+  /// @param problem, transcription  must outlive this object. @throws InputError for options out of
+  /// range, and for a plant with formulas that bend or jump
   ShrinkingHorizon(const OptimalControlProblem& problem, Transcription& transcription, const HomotopyOptions& options);
 
   /// The plan for the whole task, from the guess of the transcription.

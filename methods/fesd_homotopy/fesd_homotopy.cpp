@@ -32,7 +32,6 @@
 #include <algorithm>
 #include <chrono>
 
-#include "methods/elements/smooth_forces.h"
 #include "methods/fesd/fesd_run.h"
 #include "methods/fesd_homotopy/options.h"
 #include "methods/registry.h"
@@ -58,7 +57,6 @@ class FesdHomotopy final : public Method {
   }
 
   Support supports(const ProblemInfo& problem) const override {
-    if (const Support forces = can_follow_forces(problem); !forces.ok) return forces;
     if (!problem.structure.has_formulas) return Support::no("the transcription needs the formulas of the scene");
     return problem.has_bilateral() ? Support::no("the transcription has no bilateral constraints yet") : Support::yes();
   }

@@ -5,7 +5,9 @@
 #include <algorithm>
 #include <chrono>
 
+#include "methods/regions/time_switch.h"
 #include "problems/dense_solve.h"
+#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
@@ -19,8 +21,13 @@ constexpr double kRetrySigmas[] = {1e-3, 1e-1, 1e-6};
 constexpr int kProbes = 20;
 // A closed contact with at most this normal velocity rests [m/s].
 constexpr double kResting = 1e-6;
-// An impact is not guessed nearer to an end of the step than this part of it.
+// An impact is not guessed nearer to an end of the step than this part of it; a change of a branch not nearer than the
+// shortest element.
 constexpr double kMargin = 0.01;
+// delta of side_check.h: what the crossover solves to, with the factors of several equations; without a crossover this
+// many times what the relaxation leaves of the pairs.
+constexpr double kSideAccuracy = 1e-9;
+constexpr double kOfComplementarity = 10;
 
 }  // namespace
 
@@ -34,6 +41,9 @@ StepHomotopy::StepHomotopy(const Problem& problem, const ButcherTableau& tableau
       initial_(equations_.add_initial_state(info_.q0, info_.v0)),
       right_(equations_.add_interval(initial_, add_control(), H, -1, 1)),
       solver_(mpcc_, options.homotopy) {
+  if (equations_.step_functions().size() > 0) side_check_.emplace(problem, equations_.step_functions(), tableau_);
+  if (side_check_ && options.guess == Guess::pivoting)
+    throw InputError("guess", "pivoting", "another one is required where forces have abs, sign, min, max or if");
   if (options.guess == Guess::pivoting)
     pivoting_.emplace(problem, tableau, PivotingSolver::Options{.n_fe = options.equations.n_fe}, pivoting_counters_);
 }
@@ -68,6 +78,7 @@ Status StepHomotopy::advance(double seconds) {
   for (attempts_ = 1;; ++attempts_) {
     solver_.set_options(attempt_options(left));
     solution_ = solver_.solve();
+    if (side_check_ && solution_.succeeded()) check_sides();
     if (solution_.succeeded() || attempts_ > options_.retries) break;
     if (seconds > 0) left = seconds - std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
     if (left < 0) break;
@@ -88,6 +99,18 @@ HomotopyOptions StepHomotopy::attempt_options(double seconds) const {
   homotopy.barrier = std::min(homotopy.barrier, homotopy.sigma_0);
   homotopy.push = std::min(homotopy.push, homotopy.sigma_0);
   return homotopy;
+}
+
+/// Rejects a solution that is no motion of the scene.
+void StepHomotopy::check_sides() {
+  const FesdStep step = equations_.read(solution_.x, 0);
+  std::vector<Matrix> theta;
+  for (int n = 0; n < step.n_elements; ++n) theta.push_back(equations_.theta(solution_.x, 0, n));
+  const double accuracy = std::max(kSideAccuracy, kOfComplementarity * solution_.complementarity);
+  const std::string why = (*side_check_)(step, theta, accuracy, n_steps_ == 0);
+  if (why.empty()) return;
+  solution_.status = Status::infeasible;
+  solution_.message = why;
 }
 
 void StepHomotopy::accept() {
@@ -129,10 +152,37 @@ FesdStep StepHomotopy::cold() const {
   return step;
 }
 
-/// (1), with the forces that hold the contacts that are closed, as far as they push. @param lambda_n  overwritten
-Vector StepHomotopy::acceleration(const Vector& q, const Vector& v, Vector& lambda_n) const {
+/// (2)
+Vector StepHomotopy::element_friction(const Vector& q, const Vector& v, const Vector& force, const Matrix& J_t,
+                                      const Matrix& M_J_t) const {
+  Vector lambda_t = Vector::Zero(info_.n_lambda_t);
+  const Vector v_t = problem_.tangent_jacobian(q).transpose() * v;
+  int z = info_.n_mechanical();
+  for (const ContactInfo& contact : info_.contacts) {
+    if (!contact.is_friction_element) continue;
+    const double bound = std::max(-force[z++], 0.0);
+    double G = 0;
+    for (int d = contact.tangent_index; d < contact.tangent_index + contact.n_t; ++d)
+      G = std::max(G, J_t.col(d).dot(M_J_t.col(d)));
+    const auto slip = v_t.segment(contact.tangent_index, contact.n_t);
+    const double speed = std::max(slip.norm(), H_ * G * bound);
+    if (speed > 0) lambda_t.segment(contact.tangent_index, contact.n_t) = -bound / speed * slip;
+  }
+  return lambda_t;
+}
+
+/// (1), with the forces that hold the contacts that are closed, as far as they push. @param lambda  overwritten
+Vector StepHomotopy::acceleration(const Vector& q, const Vector& v, Forces& lambda) const {
   const CholeskyFactors M(problem_.mass_matrix(q));
-  Vector a = M.solve(problem_.force(q, v));
+  const Vector force = problem_.force(q, v);
+  Vector a = M.solve(force);
+  lambda.t.setZero(info_.n_lambda_t);
+  if (info_.n_friction_elements > 0) {
+    const Matrix J_t = problem_.force_directions(problem_.tangent_jacobian(q)), M_J_t = M.solve_columns(J_t);
+    lambda.t = element_friction(q, v, force, J_t, M_J_t);
+    a += M_J_t * lambda.t;
+  }
+  Vector& lambda_n = lambda.n;
   lambda_n.setZero(info_.n_c());
   std::vector<int> closed;
   for (int i = 0; i < info_.n_c(); ++i) {
@@ -148,7 +198,7 @@ Vector StepHomotopy::acceleration(const Vector& q, const Vector& v, Vector& lamb
 
 /// (1) over a time h by one step of the classical Runge-Kutta method.
 void StepHomotopy::fly(double h, Vector& q, Vector& v) const {
-  Vector ignored;
+  Forces ignored;
   const Vector a1 = acceleration(q, v, ignored), v2 = v + h / 2 * a1;
   const Vector a2 = acceleration(q + h / 2 * v, v2, ignored), v3 = v + h / 2 * a2;
   const Vector a3 = acceleration(q + h / 2 * v2, v3, ignored), v4 = v + h * a3;
@@ -162,16 +212,16 @@ void StepHomotopy::fly_element(double h, Vector& q, Vector& v, Element& element)
   element.h = h;
   element.q0 = q;
   element.v0 = v;
-  element.lambda_t.setZero();
-  Vector lambda_n;
+  Forces lambda;
   double c = 0;
   for (int j = 0; j < tableau_.n_s; ++j) {
     fly((tableau_.c[j] - c) * h, q, v);
     c = tableau_.c[j];
     element.q.col(j) = q;
     element.v.col(j) = v;
-    element.a.col(j) = acceleration(q, v, lambda_n);
-    element.lambda_n.col(j) = lambda_n;
+    element.a.col(j) = acceleration(q, v, lambda);
+    element.lambda_n.col(j) = lambda.n;
+    element.lambda_t.col(j) = lambda.t;
   }
   fly((1 - c) * h, q, v);
   element.q1 = q;
@@ -207,12 +257,63 @@ double StepHomotopy::bounce(int contact, const Vector& q, Vector& v) const {
 
 /// Closes a contact that bounces so little that its acceleration brings it back within a time h.
 void StepHomotopy::capture(int contact, double h, const Vector& q, Vector& v) {
-  Vector ignored;
+  Forces ignored;
   const Vector J = problem_.normal_jacobian(q).col(contact);
   if (J.dot(v) + h * J.dot(acceleration(q, v, ignored)) > 0) return;
   is_resting_[contact] = true;
   const Vector M_J = CholeskyFactors(problem_.mass_matrix(q)).solve_columns(problem_.force_directions(J));
   v -= J.dot(v) / J.dot(M_J) * M_J;
+}
+
+/// Adds where psi_k changes its sign in a flight from (q, v), which become its end.
+void StepHomotopy::add_branch_changes(double from, double to, Vector& q, Vector& v,
+                                      std::vector<Boundary>& boundaries) const {
+  const auto psi_at = [&] {
+    Vector psi(static_cast<Eigen::Index>(info_.switches.size()));
+    problem_.switching(q.data(), v.data(), psi.data());
+    return psi;
+  };
+  const double dt = (to - from) / kProbes;
+  for (int m = 0; m < kProbes && dt > 0; ++m) {
+    const Vector before = psi_at(), q_before = q;
+    fly(dt, q, v);
+    const Vector after = psi_at();
+    const double begin = from + m * dt;
+    for (int k = 0; k < equations_.step_functions().size(); ++k) {
+      if (info_.switches[static_cast<std::size_t>(k)].is_of_time) {
+        const double t = q_before[info_.clock], end = q[info_.clock];
+        const double at = first_time_switch(problem_, k, {t, end}, q_before, v);
+        if (at < end) boundaries.push_back({begin + at - t, -1});
+      } else if (before[k] * after[k] < 0) {
+        boundaries.push_back({begin + dt * before[k] / (before[k] - after[k]), -1});
+      }
+    }
+  }
+}
+
+/// Where elements of a flight from (q, v) end besides of the step's end, the first N_FE - 1.
+std::vector<StepHomotopy::Boundary> StepHomotopy::boundaries(const Vector& q, const Vector& v, bool has_impact) const {
+  std::vector<Boundary> all;
+  const Approach nearest = nearest_approach(q, v);
+  has_impact = nearest.contact >= 0 && (has_impact || nearest.gap <= 0);
+  const std::size_t most = static_cast<std::size_t>(options_.equations.n_fe) - 1;
+  if (side_check_) {
+    Vector q_t = q, v_t = v;
+    add_branch_changes(0, has_impact ? nearest.t : H_, q_t, v_t, all);
+    if (has_impact && nearest.gap > 0 && all.size() >= most) has_impact = false;  // what the flight has goes first
+    if (has_impact) {
+      bounce(nearest.contact, q_t, v_t);
+      add_branch_changes(nearest.t, H_, q_t, v_t, all);
+    }
+  }
+  if (has_impact) all.push_back({nearest.t, nearest.contact});
+  std::ranges::sort(all, {}, &Boundary::t);
+  all.resize(std::min(all.size(), most));
+  for (Boundary& boundary : all) {
+    const double margin = (boundary.contact >= 0 ? kMargin : options_.equations.shortest) * H_;
+    boundary.t = std::clamp(boundary.t, margin, H_ - margin);
+  }
+  return all;
 }
 
 FesdStep StepHomotopy::flight(bool has_impact) {
@@ -227,18 +328,27 @@ FesdStep StepHomotopy::flight(bool has_impact) {
     is_resting_[i] = is_closed_[i] && std::abs(approach[i]) <= kResting;
     if (is_closed_[i] && approach[i] < -kResting) step.Lambda_n(i, 0) = bounce(i, q, v);
   }
-  const Approach nearest = nearest_approach(q, v);
-  has_impact = n_fe > 1 && nearest.contact >= 0 && (has_impact || nearest.gap <= 0);
-  const double t = std::clamp(nearest.t, kMargin * H_, (1 - kMargin) * H_);
-  const int n_impact = has_impact ? std::clamp(static_cast<int>(std::lround(n_fe * t / H_)), 1, n_fe - 1) : n_fe;
-  for (int n = 0; n < n_fe; ++n) {
-    if (n > 0) step.v_minus.col(n) = v;
-    if (n == n_impact) step.Lambda_n(nearest.contact, n) = bounce(nearest.contact, q, v);
-    const Vector v_plus = v;
-    if (n == n_impact) capture(nearest.contact, H_ - t, q, v);
-    const double h = !has_impact ? H_ / n_fe : n < n_impact ? t / n_impact : (H_ - t) / (n_fe - n_impact);
-    fly_element(h, q, v, step.elements[n]);
-    step.elements[n].v0 = v_plus;
+  const std::vector<Boundary> between = boundaries(q, v, has_impact);
+  const int n_boundaries = static_cast<int>(between.size());
+  double begin = 0;
+  int first = 0;  // element of the part that begins there
+  for (int m = 0; m <= n_boundaries; ++m) {
+    const double end = m < n_boundaries ? between[m].t : H_;
+    const int next = m < n_boundaries ? std::clamp(static_cast<int>(std::lround(n_fe * end / H_)), first + 1,
+                                                   n_fe - (n_boundaries - m))
+                                      : n_fe;
+    const int hit = m > 0 ? between[m - 1].contact : -1;
+    for (int n = first; n < next; ++n) {
+      if (n > 0) step.v_minus.col(n) = v;
+      const bool is_hit = n == first && hit >= 0;
+      if (is_hit) step.Lambda_n(hit, n) = bounce(hit, q, v);
+      const Vector v_plus = v;
+      if (is_hit) capture(hit, H_ - begin, q, v);
+      fly_element((end - begin) / (next - first), q, v, step.elements[n]);
+      step.elements[n].v0 = v_plus;
+    }
+    begin = end;
+    first = next;
   }
   return step;
 }

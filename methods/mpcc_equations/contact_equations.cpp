@@ -21,10 +21,11 @@ constexpr double kTouching = 1e-12;
 }  // namespace
 
 ContactEquations::ContactEquations(const Problem& plant, Cone cone, int facets, double eps, Mpcc& mpcc)
-    : plant_(plant),
-      info_(plant.info()),
+    : step_functions_(make_step_functions(plant)),
+      plant_(step_functions_.problem ? *step_functions_.problem : plant),
+      info_(plant_.info()),
       mpcc_(mpcc),
-      functions_(plant_functions(plant, eps)),
+      functions_(plant_functions(plant_, eps)),
       cone_(cone),
       facets_(facets) {
   if (!info_.bilateral.empty())
@@ -129,19 +130,38 @@ void ContactEquations::set_initial_state(const Point& point, const Vector& q, co
   }
 }
 
+void ContactEquations::fix_elements(const std::vector<int>& of_contacts) {
+  for (std::size_t i = 0; i < of_contacts.size(); ++i) {
+    if (!info_.contacts[i].is_friction_element || of_contacts[i] < 0) continue;
+    auto& variable = mpcc_.nlp.variables[of_contacts[i]];
+    variable.lower = variable.upper = variable.guess = 0;
+  }
+}
+
+void ContactEquations::drop_elements(int first) {
+  for (int i = 0; i < info_.n_c(); ++i) {
+    if (!is_element(i)) continue;
+    auto& row = mpcc_.nlp.rows[static_cast<std::size_t>(first + i)];
+    row.lower = -kInfinity;
+    row.upper = kInfinity;
+  }
+}
+
 std::vector<int> ContactEquations::add_velocity(const std::string& name) {
   std::vector<int> v;
   for (int k = 0; k < info_.n_q; ++k)
-    v.push_back(
-        mpcc_.nlp.add_variable(bounds_.v_lower[k], bounds_.v_upper[k], info_.v0[k], fmt::format("{}, v[{}]", name, k)));
+    v.push_back(mpcc_.nlp.add_variable(is_of_element(k) ? 0 : bounds_.v_lower[k],
+                                       is_of_element(k) ? 0 : bounds_.v_upper[k], is_of_element(k) ? 0 : info_.v0[k],
+                                       fmt::format("{}, v[{}]", name, k)));
   return v;
 }
 
 ContactEquations::Point ContactEquations::add_point(const std::string& name) {
   Point point;
   for (int k = 0; k < info_.n_q; ++k)
-    point.q.push_back(
-        mpcc_.nlp.add_variable(bounds_.q_lower[k], bounds_.q_upper[k], info_.q0[k], fmt::format("{}, q[{}]", name, k)));
+    point.q.push_back(mpcc_.nlp.add_variable(is_of_element(k) ? 0 : bounds_.q_lower[k],
+                                             is_of_element(k) ? 0 : bounds_.q_upper[k],
+                                             is_of_element(k) ? 0 : info_.q0[k], fmt::format("{}, q[{}]", name, k)));
   point.v = add_velocity(name);
   return point;
 }
@@ -151,13 +171,25 @@ void ContactEquations::add_gap(Point& point, const std::string& name) {
   const Vector gap = plant_.gap(info_.q0).cwiseMax(kPositive);
   for (int i = 0; i < info_.n_c(); ++i)
     point.gap.push_back(add_variable(0, gap[i], fmt::format("{}, gap of {}", name, info_.contacts[i].name)));
+  fix_elements(point.gap);
+  const int first = mpcc_.nlp.n_rows();
   add_equations(functions_.gap, point.q, name + ", gap", point.gap);
+  drop_elements(first);
 }
 
 /// (1)
 void ContactEquations::add_slip_velocity(Point& point, const std::string& name) {
   point.slip = add_variables(info_.n_lambda_t, -kInfinity, 0, name + ", slip velocity");
   add_equations(functions_.slip, join<int>({point.q, point.v}), name + ", slip", point.slip);
+}
+
+/// (5)
+void ContactEquations::add_switching(Point& point, const std::vector<int>& theta, const std::string& name) {
+  if (step_functions_.size() == 0) return;
+  point.psi_plus = add_variables(step_functions_.size(), 0, kPositive, name + ", psi+");
+  point.psi_minus = add_variables(step_functions_.size(), 0, kPositive, name + ", psi-");
+  add_split(step_functions_.switching, join<int>({point.q, point.v, theta}), name + ", switching function",
+            point.psi_plus, point.psi_minus);
 }
 
 /// The unknowns of (2)-(4) at a point. @param has_force  whether the law is stated there, so that gamma is determined
@@ -195,7 +227,7 @@ std::vector<ContactEquations::Slip> ContactEquations::add_slips(const Point& poi
 }
 
 /// lambda_t and the slacks of the cone, in terms of lambda_n.
-std::vector<ContactEquations::Force> ContactEquations::add_forces(const std::vector<int>& lambda_n,
+std::vector<ContactEquations::Force> ContactEquations::add_forces(const std::vector<int>& lambda_n, bool is_impulse,
                                                                   const std::string& name) {
   std::vector<Force> forces(info_.contacts.size());
   for (std::size_t i = 0; i < forces.size(); ++i) {
@@ -203,6 +235,11 @@ std::vector<ContactEquations::Force> ContactEquations::add_forces(const std::vec
     if (contact.n_t == 0) continue;
     const std::string at = fmt::format("{}, {}", name, contact.name);
     Force& force = forces[i];
+    if (is_impulse && contact.is_friction_element) {
+      for (int d = 0; d < contact.n_t; ++d)
+        force.lambda_t.push_back(mpcc_.nlp.add_variable(0, 0, 0, fmt::format("{}, lambda_t[{}]", at, d)));
+      continue;
+    }
     force.lambda_t = add_variables(contact.n_t, -kInfinity, 0, at + ", lambda_t");
     if (cone_ == Cone::polyhedral) {
       const int facets = contact.n_t == 1 ? 2 : facets_;
@@ -236,7 +273,7 @@ void ContactEquations::add_friction_laws(const Point& point, const std::vector<S
                                          const std::string& name) {
   for (std::size_t i = 0; i < slip.size(); ++i) {
     const auto& contact = info_.contacts[i];
-    if (contact.n_t == 0 || cone_ == Cone::polyhedral || slip[i].gamma.empty()) continue;
+    if (contact.n_t == 0 || cone_ == Cone::polyhedral || slip[i].gamma.empty() || force[i].slack.empty()) continue;
     const auto first = point.slip.begin() + contact.tangent_index;
     const std::vector<int> v_t(first, first + contact.n_t);
     add_equations(cone_law_[i], join<int>({{lambda_n[i]}, slip[i].gamma, force[i].lambda_t, v_t}),
@@ -248,15 +285,24 @@ ContactEquations::Stage ContactEquations::add_stage(const std::vector<int>& u, b
   Stage stage;
   stage.point = add_point(name);
   stage.w = add_variables(info_.n_q, -kInfinity, 0, name + ", w");
+  for (int k = 0; k < info_.n_q; ++k) {
+    if (is_of_element(k)) mpcc_.nlp.variables[stage.w[k]].lower = mpcc_.nlp.variables[stage.w[k]].upper = 0;
+  }
   stage.lambda_n = add_variables(info_.n_c(), 0, kPositive, name + ", lambda_n");
   if (has_gap) add_gap(stage.point, name);
   add_slip_velocity(stage.point, name);
   stage.slip = add_slips(stage.point, true, name);
-  stage.force = add_forces(stage.lambda_n, name);
+  stage.force = add_forces(stage.lambda_n, false, name);
   add_friction_laws(stage.point, stage.slip, stage.force, stage.lambda_n, name);
-  add_equations(functions_.dynamics,
-                join<int>({stage.point.q, stage.point.v, stage.w, stage.lambda_n, tangential(stage.force), u}),
-                name + ", dynamics");
+  stage.theta = add_variables(step_functions_.size(), 0, 0.5, name + ", theta");
+  stage.theta_rest = add_variables(step_functions_.size(), 0, 0.5, name + ", 1 - theta");
+  for (std::size_t k = 0; k < stage.theta.size(); ++k)
+    add_linear({{stage.theta[k], 1}, {stage.theta_rest[k], 1}}, 1, 1, name + ", theta");
+  add_switching(stage.point, stage.theta, name);
+  add_equations(
+      functions_.dynamics,
+      join<int>({stage.point.q, stage.point.v, stage.w, stage.lambda_n, tangential(stage.force), u, stage.theta}),
+      name + ", dynamics");
   return stage;
 }
 
@@ -343,9 +389,18 @@ void ContactEquations::guess_forces(const std::vector<Force>& forces, const Vect
   }
 }
 
+void ContactEquations::guess_switching(const Point& point, const Vector& q, const Vector& v, const Vector& theta) {
+  if (!point.psi_plus.empty()) guess_split(step_functions_.switching.at(q, v, theta), point.psi_plus, point.psi_minus);
+}
+
 void ContactEquations::guess_stage(const Stage& stage, const Vector& q, const Vector& v, const Vector& w,
-                                   const Vector& lambda_n, const Vector& lambda_t) {
+                                   const Vector& lambda_n, const Vector& lambda_t, const Vector& theta) {
   auto& variables = mpcc_.nlp.variables;
+  for (std::size_t k = 0; k < stage.theta.size(); ++k) {
+    variables[stage.theta[k]].guess = theta[static_cast<Eigen::Index>(k)];
+    variables[stage.theta_rest[k]].guess = 1 - theta[static_cast<Eigen::Index>(k)];
+  }
+  guess_switching(stage.point, q, v, theta);
   guess_point(stage.point, q, v, stage.slip);
   guess_forces(stage.force, lambda_n, lambda_t);
   for (int k = 0; k < info_.n_q; ++k) variables[stage.w[k]].guess = w[k];

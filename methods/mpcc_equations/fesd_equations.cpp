@@ -36,6 +36,24 @@ SmoothFunction runge_kutta_rows(const Matrix& A) {
   return {outputs, join<symbol>({{h, start}, values, slopes}), {}};
 }
 
+ex sum_of(const symbol* first, int count) {
+  ex total = 0;
+  for (int k = 0; k < count; ++k) total += first[k];
+  return total;
+}
+
+/// (13) minus nu: inputs of both elements, theta and 1 - theta at the stages, then a and b at the points; nu comes last.
+SmoothFunction switch_indicator(int n_s, int n_points) {
+  const int count = 2 * (n_s + n_points);  // of an element
+  const Symbols inputs(static_cast<std::size_t>(2 * count + 1));
+  const auto product = [&](int begin, int size) {  // of the sums of both elements
+    return sum_of(&inputs[begin], size) * sum_of(&inputs[count + begin], size);
+  };
+  const ex theta = product(0, n_s), rest = product(n_s, n_s), a = product(2 * n_s, n_points),
+           b = product(2 * n_s + n_points, n_points);
+  return {{(theta + b) * (rest + a) - inputs.back()}, inputs, {}};
+}
+
 }  // namespace
 
 const Names<FesdEquations::Impulses>& FesdEquations::impulse_names() {
@@ -67,11 +85,13 @@ FesdEquations::FesdEquations(const Problem& plant, const ButcherTableau& tableau
       right_end_(runge_kutta_rows(tableau.b.transpose())) {
   for (int i = 0; i < info_.n_c(); ++i) projects_ = projects_ || is_projected(i);
   indicator_.reserve(info_.contacts.size());  // blocks refer to them
-  Symbols lengths(2 + info_.contacts.size());
+  Symbols lengths(2 + info_.contacts.size() + static_cast<std::size_t>(step_functions_.size()));
   ex eta = 1;
   for (std::size_t i = 2; i < lengths.size(); ++i) eta *= lengths[i];
   if (options.equilibration == Equilibration::tanh) eta = GiNaC::tanh(eta);
   equilibration_ = {{(lengths[0] - lengths[1]) * eta}, lengths, {}};
+  if (step_functions_.size() > 0)
+    switch_indicator_ = switch_indicator(tableau.n_s, tableau.n_s + (stiffly_accurate_ ? 1 : 2));
 }
 
 /// Whether (10), (11) are stated.
@@ -82,7 +102,7 @@ bool FesdEquations::is_projected(int contact) const {
 
 /// Whether a contact that stays closed has no normal velocity, but for rounding.
 bool FesdEquations::keeps_velocity(int contact) const {
-  return info_.contacts[static_cast<std::size_t>(contact)].is_affine || is_projected(contact);
+  return !is_element(contact) && (info_.contacts[static_cast<std::size_t>(contact)].is_affine || is_projected(contact));
 }
 
 /// J_n' v = plus - minus, both >= 0 where `is_split`, else minus = -1 and plus of either sign.
@@ -104,22 +124,34 @@ void FesdEquations::add_normal_velocity(const Point& point, const std::function<
 void FesdEquations::add_impact(ElementVariables& element, const std::string& name) {
   const int n_c = info_.n_c();
   element.Lambda_n = add_variables(n_c, 0, kPositive, name + ", Lambda_n");
+  fix_elements(element.Lambda_n);
   if (element.left.gap.empty()) add_gap(element.left, name + ", left end");
   add_slip_velocity(element.left, name + ", left end");
   element.left_slip = add_slips(element.left, true, name + ", left end");
-  element.impulse = add_forces(element.Lambda_n, name + ", impulse");
+  element.impulse = add_forces(element.Lambda_n, true, name + ", impulse");
+  const int balance = mpcc_.nlp.n_rows();
   add_equations(
       functions_.impulse,
       join<int>({element.left.q, element.left.v, element.v_minus, element.Lambda_n, tangential(element.impulse)}),
       name + ", impulse balance");
+  for (int k = 0; k < info_.n_q; ++k) {
+    if (!is_of_element(k)) continue;
+    mpcc_.nlp.rows[balance + k].lower = -kInfinity;
+    mpcc_.nlp.rows[balance + k].upper = kInfinity;
+  }
   if (n_c == 0) return;
   add_friction_laws(element.left, element.left_slip, element.impulse, element.Lambda_n, name + ", impulse");
 
   element.s_plus = add_variables(n_c, 0, kPositive, name + ", s+");
   element.s_minus = add_variables(n_c, 0, kPositive, name + ", s-");
+  fix_elements(element.s_plus);
+  fix_elements(element.s_minus);
+  const int restitution = mpcc_.nlp.n_rows();
   add_split(functions_.restitution, join<int>({element.left.q, element.left.v, element.v_minus}),
             name + ", restitution", element.s_plus, element.s_minus);
+  drop_elements(restitution);
   for (int i = 0; i < n_c; ++i) {
+    if (is_element(i)) continue;
     const std::string at = fmt::format("{}, {}", name, info_.contacts[i].name);
     const int y = element.left.gap[i], Lambda = element.Lambda_n[i], plus = element.s_plus[i],
               minus = element.s_minus[i];
@@ -140,6 +172,7 @@ void FesdEquations::add_impact(ElementVariables& element, const std::string& nam
     std::vector<int> rows;
     for (int i = 0; i < n_c; ++i)
       rows.push_back(mpcc_.nlp.add_row(0, kInfinity, fmt::format("{}, {}, gap ahead", name, info_.contacts[i].name)));
+    drop_elements(rows.front());
     mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(
         functions_.ahead, join<int>({element.left.q, element.left.v, {element.h}}), rows));
   }
@@ -161,6 +194,7 @@ void FesdEquations::add_stages(ElementVariables& element, const std::vector<int>
     element.right_slip = add_slips(element.right, false, name + ", right end");
   }
   for (int k = 0; k < n_q; ++k) {
+    if (is_of_element(k)) continue;  // constants
     std::vector<int> q{element.h, element.left.q[k]}, v{element.h, element.left.v[k]}, slopes_q, slopes_v;
     for (const auto& stage : element.stages) {
       q.push_back(stage.point.q[k]);
@@ -215,6 +249,14 @@ void FesdEquations::add_projection(ElementVariables& element, const std::string&
   }
 }
 
+/// a_k or b_k of (12) at the left end, the stages and the right end.
+std::vector<int> FesdEquations::parts_of_psi(const ElementVariables& element, PartOfPsi part, std::size_t k) const {
+  std::vector<int> numbers{(element.left.*part)[k]};
+  for (const auto& stage : element.stages) numbers.push_back((stage.point.*part)[k]);
+  if (!stiffly_accurate_) numbers.push_back((element.right.*part)[k]);
+  return numbers;
+}
+
 /// Pairs of every stage value with every point value, or of their sums.
 void FesdEquations::add_cross(const std::vector<int>& stages, const std::vector<int>& points, const std::string& name) {
   switch (options_.cross) {
@@ -232,7 +274,7 @@ void FesdEquations::add_cross(const std::vector<int>& stages, const std::vector<
   }
 }
 
-/// The pairs of (4) and (9), and those of friction
+/// The pairs of (4), (9) and (12), and those of friction
 void FesdEquations::add_cross_complementarity(const ElementVariables& element, const std::string& name) {
   // Values of a quantity at the stages, and at the left end, the stages and the right end.
   const auto at_stages = [&](const auto& value) {
@@ -240,12 +282,20 @@ void FesdEquations::add_cross_complementarity(const ElementVariables& element, c
     for (const auto& stage : element.stages) numbers.push_back(value(stage));
     return numbers;
   };
+  for (std::size_t k = 0; k < element.left.psi_plus.size(); ++k) {  // (12)
+    const std::string at = fmt::format("{}, psi {}", name, k);
+    add_cross(at_stages([&](const Stage& s) { return s.theta_rest[k]; }), parts_of_psi(element, &Point::psi_plus, k),
+              at + ", 1 - theta _|_ psi+");
+    add_cross(at_stages([&](const Stage& s) { return s.theta[k]; }), parts_of_psi(element, &Point::psi_minus, k),
+              at + ", theta _|_ psi-");
+  }
   for (std::size_t i = 0; i < info_.contacts.size(); ++i) {
     const std::string at = fmt::format("{}, {}", name, info_.contacts[i].name);
     std::vector<int> gaps{element.left.gap[i]};
     for (const auto& stage : element.stages) gaps.push_back(stage.point.gap[i]);
     if (!stiffly_accurate_) gaps.push_back(element.right.gap[i]);
-    add_cross(at_stages([&](const Stage& s) { return s.lambda_n[i]; }), gaps, at + ", lambda_n _|_ gap");
+    if (!info_.contacts[i].is_friction_element)
+      add_cross(at_stages([&](const Stage& s) { return s.lambda_n[i]; }), gaps, at + ", lambda_n _|_ gap");
     if (options_.no_capture && keeps_velocity(static_cast<int>(i)))
       add_cross(at_stages([&](const Stage& s) { return s.lambda_n[i]; }), {element.z_plus[i]},
                 at + ", lambda_n _|_ z+");
@@ -281,12 +331,23 @@ void FesdEquations::add_cross_complementarity(const ElementVariables& element, c
     }
     add_cross(at_stages([&](const Stage& s) { return s.force[i].slack[0]; }),
               at_points([](const Slip& s) { return s.gamma; }), at + ", cone _|_ gamma");
-    for (std::size_t f = 0; f < element.impulse[i].facets.size(); ++f) {
+    for (std::size_t f = 0; f < element.stages.front().force[i].facets.size(); ++f) {
       add_cross(at_stages([&](const Stage& s) { return s.force[i].facets[f]; }),
                 at_points([&](const Slip& s) { return component(s.rates, static_cast<int>(f)); }),
                 at + ", l _|_ D' v_t + gamma");
     }
   }
+}
+
+/// The inputs of switch_indicator() of one element.
+std::vector<int> FesdEquations::switch_lists(const ElementVariables& element, std::size_t k) const {
+  std::vector<int> theta, rest;
+  for (const auto& stage : element.stages) {
+    theta.push_back(stage.theta[k]);
+    rest.push_back(stage.theta_rest[k]);
+  }
+  return join<int>(
+      {theta, rest, parts_of_psi(element, &Point::psi_plus, k), parts_of_psi(element, &Point::psi_minus, k)});
 }
 
 /// The lists of variables whose sums (8) is made of: gaps at the points, lambda_n, then for a contact with friction
@@ -382,6 +443,12 @@ void FesdEquations::add_equilibration(const ElementVariables& before, const Elem
     add_equations(indicator_[i], inputs, at);
     lengths.push_back(nu);
   }
+  for (std::size_t k = 0; k < element.left.psi_plus.size(); ++k) {  // (13)
+    const std::string at = fmt::format("{}, psi {}, indicator", name, k);
+    const int nu = add_variable(0, kPositive, at);
+    add_equations(switch_indicator_, join<int>({switch_lists(before, k), switch_lists(element, k), {nu}}), at);
+    lengths.push_back(nu);
+  }
   add_equations(equilibration_, lengths, name + ", step equilibration");
 }
 
@@ -403,6 +470,8 @@ FesdEquations::Point FesdEquations::add_interval(const Point& start, const std::
     element.left.v = add_velocity(name + ", left end");
     add_impact(element, name);
     add_stages(element, u, name);
+    add_switching(element.left, element.stages.front().theta, name + ", left end");
+    if (!stiffly_accurate_) add_switching(element.right, element.stages.back().theta, name + ", right end");
     add_cross_complementarity(element, name);
     if (n > 0) add_equilibration(elements[n - 1], element, name);
     left = element.right;
@@ -461,6 +530,13 @@ FesdStep FesdEquations::read(const Vector& x, int interval) const {
   return step;
 }
 
+Matrix FesdEquations::theta(const Vector& x, int interval, int element) const {
+  const auto& stages = intervals_[static_cast<std::size_t>(interval)][static_cast<std::size_t>(element)].stages;
+  Matrix result(step_functions_.size(), tableau_.n_s);
+  for (int j = 0; j < tableau_.n_s; ++j) result.col(j) = values(x, stages[j].theta);
+  return result;
+}
+
 /// Cone::squared, from the guesses of v_t and lambda_t: 0 = -v_t - 2 gamma lambda_t.
 void FesdEquations::guess_gamma(const Point& point, const std::vector<Slip>& slips, const std::vector<Force>& forces) {
   if (options_.cone != Cone::squared) return;
@@ -487,6 +563,9 @@ void FesdEquations::set_guess(const FesdStep& step, int interval) {
     guess_point(element.left, stages.q0, stages.v0, element.left_slip);
     guess_forces(element.impulse, step.Lambda_n.col(column), step.Lambda_t.col(column));
     guess_gamma(element.left, element.left_slip, element.impulse);
+    const Vector theta =  // in the middle, since psi is zero at an end
+        step_functions_.sides(0.5 * (stages.q0 + stages.q1), 0.5 * (stages.v0 + stages.v1));
+    guess_switching(element.left, stages.q0, stages.v0, theta);
     const Matrix J = plant_.normal_jacobian(stages.q0);
     for (int i = 0; i < info_.n_c(); ++i) variables[element.Lambda_n[i]].guess = step.Lambda_n(i, column);
     guess_split(restitution(J, stages.v0, step.v_minus.col(column)), element.s_plus, element.s_minus);
@@ -511,10 +590,12 @@ void FesdEquations::set_guess(const FesdStep& step, int interval) {
     for (int j = 0; j < tableau_.n_s; ++j) {
       const Stage& stage = element.stages[j];
       guess_stage(stage, stages.q.col(j), stages.v.col(j), stages.a.col(j), stages.lambda_n.col(j),
-                  stages.lambda_t.col(j));
+                  stages.lambda_t.col(j), theta);
       guess_gamma(stage.point, stage.slip, stage.force);
     }
-    if (!stiffly_accurate_) guess_point(element.right, stages.q1, stages.v1, element.right_slip);
+    if (stiffly_accurate_) continue;
+    guess_point(element.right, stages.q1, stages.v1, element.right_slip);
+    guess_switching(element.right, stages.q1, stages.v1, theta);
   }
 }
 

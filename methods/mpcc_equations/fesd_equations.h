@@ -36,6 +36,15 @@ namespace ricochet {
 /// is the right end. (9) is stated where the equations keep the normal velocity zero: for affine contacts, and those of
 /// (10), (11).
 ///
+/// Formulas that bend or jump are functions of theta, (5) of contact_equations.h, with the cross complementarity of FESD:
+///
+///   0 <= theta_k,j  _|_  b_k,j' >= 0,   0 <= 1 - theta_k,j  _|_  a_k,j' >= 0,
+///   j = 1..n_s,   j' = left end, 1..n_s, right end                                                        (12)
+///
+/// for all j and j', so that theta_k changes where an element ends, and psi_k = 0 there. psi_k of the left end is that of
+/// v_0, after an impact, and of the theta of the first stage. A function of the time alone is no exception: t is the last
+/// coordinate, and an element ends at the switch whether H is given or a part of a free end time.
+///
 /// Impulses::slack has the paper's appendix instead of the pairs in (5): Lambda_n _|_ y_0 + s+ + s-, s+ _|_ s-.
 /// Options::bounded_parts has s+ _|_ s- with (5), too: without it only their difference has a size, and an
 /// interior-point method may drive both to infinity; but with it the crossover of the discs fails.
@@ -48,6 +57,12 @@ namespace ricochet {
 ///   eta_n = prod_i nu^i,   nu = (y_0 Y_n-1 Y_n + L_n-1 L_n) zeta,   Y = sum_j y_j, L = sum_j lambda_n,j   (8)
 ///   zeta = 1 without friction, else Y_n-1 + Y_n + sum of the products of neighbouring sums of xi+, xi- and of the cone
 ///   slack (mu lambda_n)^2 - ||lambda_t||^2
+///
+/// eta_n has one more factor for each psi_k, with the sums A, B of a_k, b_k, and E, R of theta_k, 1 - theta_k,
+///
+///   nu_k = (E_n-1 E_n + B_n-1 B_n) (R_n-1 R_n + A_n-1 A_n)                                                (13)
+///
+/// which is zero where theta_k changes between 0, the interior and 1.
 class FesdEquations final : public ContactEquations {
  public:
   enum class Impulses { position_velocity, slack };
@@ -99,11 +114,15 @@ class FesdEquations final : public ContactEquations {
 
   /// The solution x of the MPCC in an interval.
   FesdStep read(const Vector& x, int interval) const;
+  /// n_s x stages, theta of (12) there in an element.
+  Matrix theta(const Vector& x, int interval, int element) const;
 
   /// Sets the guess of the interval to a solved step with as many elements; the indicators of (8) stay unchanged.
   void set_guess(const FesdStep& step, int interval);
 
  private:
+  using PartOfPsi = std::vector<int> Point::*;
+
   ContactMode mode(const ElementVariables& element, int contact, const Vector& x) const;
   void guess_gamma(const Point& point, const std::vector<Slip>& slips, const std::vector<Force>& forces);
   bool is_projected(int contact) const;
@@ -117,6 +136,8 @@ class FesdEquations final : public ContactEquations {
   void add_cross_complementarity(const ElementVariables& element, const std::string& name);
   std::vector<std::vector<int>> indicator_lists(const ElementVariables& element, int contact) const;
   SmoothFunction indicator(const std::vector<std::vector<int>>& lists, int n_slacks) const;
+  std::vector<int> parts_of_psi(const ElementVariables& element, PartOfPsi part, std::size_t k) const;
+  std::vector<int> switch_lists(const ElementVariables& element, std::size_t k) const;
   void add_equilibration(const ElementVariables& before, const ElementVariables& element, const std::string& name);
 
   const ButcherTableau tableau_;
@@ -125,6 +146,7 @@ class FesdEquations final : public ContactEquations {
   bool projects_ = false;                   // some contact
   SmoothFunction runge_kutta_, right_end_;  // (1): of one coordinate
   std::vector<SmoothFunction> indicator_;   // nu of (8), per contact
+  SmoothFunction switch_indicator_;         // (13)
   SmoothFunction equilibration_;
   std::vector<std::vector<ElementVariables>> intervals_;
 };

@@ -55,6 +55,9 @@ TimeFreezingEquations::TimeFreezingEquations(const Problem& plant, const Butcher
       runge_kutta_(stage_rows(tableau.A)) {
   if (!tableau.is_stiffly_accurate())
     throw InputError("tableau", tableau.name, "a stage at the right end is required: radau-iia or lobatto-iiic");
+  if (step_functions_.size() > 0)
+    throw InputError("plant", info_.id, "time freezing takes no forces with abs, sign, min, max or if");
+  if (info_.n_friction_elements > 0) throw InputError("plant", info_.id, "time freezing takes no friction elements");
   const Matrix J = plant.force_directions(plant.normal_jacobian(info_.q0));
   D_ = CholeskyFactors(plant.mass_matrix(info_.q0)).solve_columns(J);
   G_ = J.cwiseProduct(D_).colwise().sum();

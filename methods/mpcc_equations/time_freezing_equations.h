@@ -50,8 +50,8 @@ class TimeFreezingEquations final : public ContactEquations {
   };
 
   /// @param mpcc  receives all variables, rows and pairs; must outlive this object, like `plant`
-  /// @throws InputError for friction in space, friction with restitution, a curved elastic contact, or a tableau without
-  /// a stage at the right end
+  /// @throws InputError for friction in space, friction with restitution, a curved elastic contact, forces that bend or
+  /// jump, or a tableau without a stage at the right end
   TimeFreezingEquations(const Problem& plant, const ButcherTableau& tableau, const Options& options, Mpcc& mpcc);
 
   /// The parts (6) of a switching function at a point, n_c each; -1 where a contact has none.

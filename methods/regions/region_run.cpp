@@ -7,6 +7,7 @@
 #include <cmath>
 
 #include "methods/regions/border_search.h"
+#include "methods/regions/time_switch.h"
 #include "methods/time_limit.h"
 #include "problems/dense_solve.h"
 #include "problems/input_error.h"
@@ -19,7 +20,6 @@ constexpr double kSameTime = 1e-12;   // of the end time: two borders at one tim
 constexpr double kLongestEnd = 1e-6;  // of the end time: within it the impact happens that ends the run
 constexpr double kGrid = 1e-9;        // of a step: on the grid
 constexpr double kZero = 4e-16;       // of the terms of psi_k: the border is located
-constexpr int kSpans = 64;            // of the run, in which zeros of functions of time are searched first
 constexpr double kShortest = 1e-15;   // of the run: what time can resolve
 constexpr double kOutside = 1e-12;    // of the terms of another psi_j, beyond its border
 constexpr double kDrift = 1e-6;       // of gaps and rates of closed contacts, relative
@@ -78,49 +78,6 @@ std::vector<int> RegionRun::signs_of_time() const {
   return signs;
 }
 
-/// The first zero of a function of time after `from`, up to `to` [s] of the clock; `to` if there is none. Spans are
-/// divided until bounds exclude a zero, so that none is missed.
-double RegionRun::first_zero(int k, double from, double to) const {
-  const int clock = problem_.info().clock;
-  Vector q = total_.q, psi(static_cast<Eigen::Index>(signs_.size()));
-  const auto value = [&](double t) {
-    q[clock] = t;
-    problem_.switching(q.data(), total_.v.data(), psi.data());
-    return psi[k];
-  };
-  std::vector<Interval> q_box(q.data(), q.data() + q.size()), v_box(total_.v.data(), total_.v.data() + total_.v.size()),
-      bounds(signs_.size());
-  const auto may_vanish = [&](double a, double b) {
-    q_box[clock] = {a, b};
-    problem_.switching_bounds(q_box.data(), v_box.data(), bounds.data());
-    return !(bounds[k].lower > 0 || bounds[k].upper < 0);
-  };
-  const double least = kSameTime * (to - from);
-  std::vector<std::pair<double, double>> spans;  // the next one last
-  for (int m = kSpans; m > 0; --m)
-    spans.emplace_back(from + (to - from) * (m - 1) / kSpans, from + (to - from) * m / kSpans);
-  while (!spans.empty()) {
-    auto [a, b] = spans.back();
-    spans.pop_back();
-    if (!may_vanish(a, b)) continue;
-    const double middle = 0.5 * (a + b);
-    if (b - a > least) {
-      spans.emplace_back(middle, b);
-      spans.emplace_back(a, middle);
-      continue;
-    }
-    double f_a = value(a - least);
-    if (const double f_b = value(b + least); f_a * f_b > 0) continue;  // touches zero
-    for (a -= least, b += least; b - a > 1e-16 * std::abs(b);) {
-      const double m = 0.5 * (a + b), f = value(m);
-      if (m <= a || m >= b) break;
-      (f_a * f > 0 ? a : b) = m;
-    }
-    return b;
-  }
-  return to;
-}
-
 /// The next time at which a function of time alone changes its sign [s], from the begin of the run.
 double RegionRun::next_time_switch() const {
   const ProblemInfo& info = problem_.info();
@@ -128,7 +85,10 @@ double RegionRun::next_time_switch() const {
   for (std::size_t k = 0; k < signs_.size(); ++k) {
     if (!info.switches[k].is_of_time) continue;
     const double start = info.start_time(), from = total_.t + 2 * kSameTime * T_;
-    if (from < next) next = std::min(next, first_zero(static_cast<int>(k), start + from, start + next) - start);
+    if (from < next)
+      next = std::min(
+          next,
+          first_time_switch(problem_, static_cast<int>(k), {start + from, start + next}, total_.q, total_.v) - start);
   }
   return next;
 }

@@ -53,7 +53,6 @@ class RegionRun {
   Solution run(double length, int steps, bool stays);
   void take(Solution&& piece);
   double next_time_switch() const;
-  double first_zero(int k, double from, double to) const;
   bool locate(const RegionExit& exit);
   bool cross(int k);
   bool flip(int k);
