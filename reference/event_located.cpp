@@ -178,6 +178,7 @@ void EventLocatedRun::go_to_border(double from, double& t, int k, Solution& solu
     motion_.load(time, q, v);
     return motion_.inside(k, q, v);
   };
+  if (in_step(t) > 0) return;  // the limit, regions.h (2)
   if (in_step(from) > 0) {
     solution.t = t = bracketed_root(in_step, from, t);
     motion_.load(t, solution.q, solution.v);

@@ -15,6 +15,7 @@ struct EventLocatedSettings {
   long max_events = 100'000;
   bool records_motion = false;       ///< fills Solution::motion with the integrator's own interpolation
   Vector border_offset = {};         ///< of a region: n_s, delta of regions.h (1)
+  Vector border_limit = {};          ///< of a region: n_s, of regions.h (2)
   std::vector<char> in_flight = {};  ///< by contact, of the region before (Flights::in_flight()); empty for the first
   double zeno_interval = 1e-9;  ///< impacts of one contact closer than this fraction of end_time are an accumulation
 };

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "problems/dense_solve.h"
 #include "problems/regions/region_problems.h"
@@ -15,9 +16,9 @@ namespace {
 constexpr double kTimeShare = 1e-12;  // of the end time: borders at one time, and zeros of functions of time
 constexpr double kRoundedZero = 1e-13, kLargestOffset = 1e-3;  // of the terms of psi_k, (1)
 constexpr double kNegligible = 0.01;                           // of the tolerance
-constexpr double kChatter = 1e-6;   // of the end time: a border is passed to and fro, because of the offset (1)
-constexpr int kMostCrossings = 40;  // of them
-constexpr int kClockSpans = 128;    // of the clock, that are bounded first
+constexpr double kChatter = 1e-6;  // of the end time: a border is passed to and fro, because of the offset (1)
+constexpr int kMostCrossings = 40, kFewCrossings = 6;  // of them
+constexpr int kClockSpans = 128;                       // of the clock, that are bounded first
 
 /// The values of all functions at a state of the whole problem.
 Vector functions_at(const Problem& problem, const Vector& q, const Vector& v) {
@@ -74,10 +75,14 @@ bool have_same_contacts(const Problem& here, const Problem& beyond, const Vector
          here.tangent_jacobian(q) == beyond.tangent_jacobian(q);
 }
 
-/// delta of (1) at a state of a region. @param across(k)  the region beyond psi_k = 0
-/// @param until  ProblemInfo::until, where formulas do not change but the run ends
-Vector offsets_of(const Problem& here, const Vector& q, const Vector& v, double tolerance, int until,
-                  const auto& across) {
+/// delta of (1) at a state of a region. Beyond psi_k = 0 another function may vanish together with psi_k, as in
+/// max(max(q, 0) (1 + v), 0): so the formulas of the `whole` problem count, too.
+/// @param is_passed  whether borders are passed again and again
+/// @param until      ProblemInfo::until, where formulas do not change but the run ends
+/// @param across(k)  the region beyond psi_k = 0
+/// @param limits     out: of (2), infinite where delta is the least
+Vector offsets_of(const Problem& whole, const Problem& here, const Vector& q, const Vector& v, double tolerance,
+                  bool is_passed, int until, const auto& across, Vector& limits) {
   const Eigen::Index n = q.size(), n_s = std::ssize(here.info().region);
   Matrix D(n_s, 2 * n + std::ssize(here.info().parameters));
   here.switching_derivative(q.data(), v.data(), D.data());
@@ -85,25 +90,28 @@ Vector offsets_of(const Problem& here, const Vector& q, const Vector& v, double 
     return Vector(CholeskyFactors(problem.mass_matrix(at_q)).solve(problem.force(at_q, at_v)));
   };
   const Vector size = here.switching_sizes(q, v);
-  Vector offsets(n_s);
+  Vector offsets(n_s), psi(n_s);
+  here.switching(q.data(), v.data(), psi.data());
+  limits = Vector::Constant(n_s, std::numeric_limits<double>::infinity());
   for (Eigen::Index k = 0; k < n_s; ++k) {
     const Vector slope = D.row(k).head(2 * n);
     offsets[k] = std::max(kRoundedZero, 0.1 * tolerance) * size[k];
-    if (!(slope.squaredNorm() > 0) || k == until) continue;
-    Vector psi(n_s);
-    here.switching(q.data(), v.data(), psi.data());
+    if (!is_passed || !(slope.squaredNorm() > 0) || k == until) continue;
     const Problem& beyond = across(static_cast<int>(k));
-    for (double delta = kLargestOffset * size[k]; delta > offsets[k]; delta *= 0.1) {
+    for (double delta = kLargestOffset * size[k]; delta > offsets[k] && delta >= std::abs(psi[k]); delta *= 0.1) {
       bool is_negligible = true;
       for (const double to : {-delta, delta}) {  // the nearest states with psi_k = to
         const double way = (to - psi[k]) / slope.squaredNorm();
         const Vector at_q = q + way * slope.head(n), at_v = v + way * slope.tail(n);
-        const Vector a = acceleration(here, at_q, at_v), jump = a - acceleration(beyond, at_q, at_v);
-        is_negligible = is_negligible && jump.norm() <= kNegligible * tolerance * a.norm() &&
-                        have_same_contacts(here, beyond, at_q);
+        const Vector a = acceleration(here, at_q, at_v);
+        for (const Problem* other : {&beyond, &whole})
+          is_negligible =
+              is_negligible && (a - acceleration(*other, at_q, at_v)).norm() <= kNegligible * tolerance * a.norm();
+        is_negligible = is_negligible && have_same_contacts(here, beyond, at_q);
       }
       if (!is_negligible) continue;
       offsets[k] = delta;
+      limits[k] = 2 * delta;
       break;
     }
   }
@@ -147,12 +155,14 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
     here.set_initial_state(whole.q, whole.v);
     here.set_end_time(until - begin);
     EventLocatedSettings of_region = settings;
-    of_region.border_offset =
-        offsets_of(here, whole.q, whole.v, settings.tolerance, info.until, [&](int k) -> const Problem& {
+    of_region.border_offset = offsets_of(
+        problem, here, whole.q, whole.v, settings.tolerance, crossings > kFewCrossings, info.until,
+        [&](int k) -> const Problem& {
           std::vector<int> beyond = signs;
           beyond[static_cast<std::size_t>(k)] *= -1;
           return regions.at(beyond);
-        });
+        },
+        of_region.border_limit);
     of_region.in_flight = in_flight;
     RegionPiece piece = integrate_in_region(here, of_region);
     in_flight = std::move(piece.in_flight);
@@ -165,6 +175,10 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
       const std::vector<int> before = signs;
       set_signs(true);
       if (info.until >= 0 && signs[info.until] != before[info.until]) break;
+      continue;
+    }
+    if (signs[border] * functions_at(problem, whole.q, whole.v)[border] > of_region.border_offset[border]) {  // (2)
+      crossings = 0;
       continue;
     }
     if (border == info.until && (!starts_at_end || whole.t > kChatter * T)) break;

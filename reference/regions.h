@@ -9,11 +9,16 @@ namespace ricochet::reference {
 ///
 ///     sigma_k psi_k(q, v) + delta_k,   delta_k = max(1e-13, tolerance / 10) of the terms of psi_k                  (1)
 ///
-/// which is positive while psi_k is a rounded zero, and goes back to the zero of psi_k in that step. Where a formula only bends, delta_k is larger: the largest power
-/// of ten for which the accelerations of both sides differ, at |psi_k| = delta_k, by less than tolerance / 100 of
-/// their size. So the last bounces of a body with drag happen in one region. Zeros of functions of time alone are end
-/// times of the runs before them. The zero of ProblemInfo::until ends the run, but not if it is that of the start. If both sides of a border lead back to it, the run ends with Status::infeasible and
-/// the formula. Uses nothing of methods/.
+/// which is positive while psi_k is a rounded zero, and goes back to the zero of psi_k in that step. Where a border is
+/// passed again and again in a short time, as by the last bounces of a body with drag, and the formula only bends there,
+/// these passages happen in one region: delta_k is the largest power of ten for which the accelerations of both sides
+/// differ, at |psi_k| = delta_k, by less than tolerance / 100 of their size, as long as
+///
+///     sigma_k psi_k < 2 delta_k                                                                                   (2)
+///
+/// Zeros of functions of time alone are end times of the runs before them. The zero of ProblemInfo::until ends the run,
+/// but not if it is that of the start. If both sides of a border lead back to it,
+/// the run ends with Status::infeasible and the formula. Uses nothing of methods/.
 Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings& settings);
 
 struct RegionPiece {

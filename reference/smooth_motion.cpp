@@ -128,10 +128,13 @@ bool SmoothMotion::roots(const double* y, double* values) {
   return true;
 }
 
-/// regions.h (1)
+/// regions.h (1), (2)
 void SmoothMotion::set_borders(const double* q, const double* v, double* values) const {
   problem_.switching(q, v, values);
-  for (int k = 0; k < n_s_; ++k) values[k] = problem_.info().region[k] * values[k] + settings_.border_offset[k];
+  for (int k = 0; k < n_s_; ++k) {
+    const double inside = problem_.info().region[k] * values[k];
+    values[k] = std::min(inside + settings_.border_offset[k], settings_.border_limit[k] - inside);
+  }
 }
 
 int SmoothMotion::border_at_end(StepEnd end) const {

@@ -22,6 +22,8 @@ const std::vector<SceneFamily>& scene_families() {
       {"unloaded", "contacts that touch without a load, and rows that touch", draw_unloaded_contacts},
       {"ratios", "masses from 1e-4 to 1e4 kg on a vertical line", draw_mass_ratios},
       {"units", "scenes in other units of length, mass and time", draw_other_units},
+      {"corners", "masses under forces that bend, jump in time or jump in position", draw_corners},
+      {"dry_friction", "masses and pendula with friction elements, or forces with sign(v)", draw_dry_friction},
   };
   return families;
 }

@@ -38,5 +38,7 @@ void draw_turning_loads(SceneDraw& draw);
 void draw_unloaded_contacts(SceneDraw& draw);
 void draw_mass_ratios(SceneDraw& draw);
 void draw_other_units(SceneDraw& draw);
+void draw_corners(SceneDraw& draw);
+void draw_dry_friction(SceneDraw& draw);
 
 }  // namespace ricochet

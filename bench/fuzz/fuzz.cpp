@@ -97,6 +97,7 @@ void show_fuzz(const Results& results, Section& section) {
   const auto scenes = results.all<FuzzScene>();
   section.result("verdicts", fuzz_table(scenes));
   section.result("reasons", fuzz_reasons(scenes));
+  section.result("accuracy", fuzz_accuracy(scenes));
   section.failures("findings", fuzz_findings(scenes));
 }
 

@@ -17,7 +17,10 @@ struct FuzzResult {
   FailureReason reason = {};
   std::vector<double> q, v;  ///< final state of a success
   double error = 0;          ///< that the judge allows it, max-norm of (q, v)
-  double seconds = 0;        ///< wall time
+  /// Distance from the truth over the tolerance and the size of the state, for methods whose first answer counts and
+  /// scenes with a truth; else 0
+  double tolerances = 0;
+  double seconds = 0;  ///< wall time
 
   bool succeeded() const { return status == "success"; }
   bool is_killed_or_crashed() const { return status == "killed" || status == "crashed"; }
@@ -27,7 +30,7 @@ struct FuzzResult {
   std::string command(const std::string& scene_file) const;
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FuzzResult, method, setting, status, message, reason, q, v, error,
-                                                seconds)
+                                                tolerances, seconds)
 
 /// The motion of a random scene by `ricochet truth`.
 struct FuzzTruth {
@@ -95,6 +98,8 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(FuzzScene, family, seed, number,
 Table fuzz_table(const std::vector<FuzzScene>& scenes);
 /// Per method and family why it declined, and how often.
 Table fuzz_reasons(const std::vector<FuzzScene>& scenes);
+/// Per family with proven motions: the errors of fesd_adaptive and event_driven in multiples of the tolerance.
+Table fuzz_accuracy(const std::vector<FuzzScene>& scenes);
 /// The scenes on which methods disagree, are wrong or hang.
 Table fuzz_findings(const std::vector<FuzzScene>& scenes);
 

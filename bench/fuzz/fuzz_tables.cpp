@@ -3,11 +3,11 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 #include <map>
 #include <regex>
 
 #include "bench/fuzz/fuzz_scene.h"
-#include "methods/method_spec.h"
 
 namespace ricochet {
 namespace {
@@ -23,9 +23,9 @@ std::string share(int part, int whole) {
   return part == 0 ? "0" : fmt::format("{} ({:.1f} %)", part, 100.0 * part / whole);
 }
 
-/// "fesd" of "fesd:radau-iia:3,elements=as_needed".
+/// "fesd:radau-iia:3" of "fesd:radau-iia:3,elements=as_needed".
 std::string short_name(const std::string& method) {
-  return MethodSpec(method).name();
+  return method.substr(0, method.find(','));
 }
 
 /// Names of the methods in the order of their first result.
@@ -175,6 +175,45 @@ Table fuzz_reasons(const std::vector<FuzzScene>& scenes) {
   Table table = table_of("Why methods declined", columns, sorted);
   table.is_list = true;
   return table;
+}
+
+Table fuzz_accuracy(const std::vector<FuzzScene>& scenes) {
+  struct Accuracy {
+    std::string family, method;
+    std::vector<double> errors;  ///< in multiples of the tolerance, sorted
+
+    double at_most(double part) const {
+      return errors[static_cast<std::size_t>(std::ceil(part * static_cast<double>(errors.size()))) - 1];
+    }
+  };
+  constexpr double kFewTolerances = 100;
+  std::vector<Accuracy> rows;
+  for (const auto& family : families_of(scenes)) {
+    for (const std::size_t i : {0U, 4U}) {  // fesd_adaptive, event_driven
+      Accuracy row{family, "", {}};
+      for (const auto& scene : scenes) {
+        if (scene.family != family || i >= scene.results.size()) continue;
+        row.method = short_name(scene.results[i].method);
+        if (scene.truth.is_known() && scene.results[i].succeeded()) row.errors.push_back(scene.results[i].tolerances);
+      }
+      std::ranges::sort(row.errors);
+      if (!row.errors.empty()) rows.push_back(row);
+    }
+  }
+  const auto few = [&](const Accuracy& a) {
+    const auto within = std::ranges::count_if(a.errors, [&](double error) { return error <= kFewTolerances; });
+    return fmt::format("{:.1f} %", 100.0 * static_cast<double>(within) / static_cast<double>(a.errors.size()));
+  };
+  const std::vector<Column<Accuracy>> columns = {
+      {"family", &Accuracy::family},
+      {"method", &Accuracy::method},
+      {"scenes with a truth", "", "{}", [](const Accuracy& a) { return static_cast<int>(a.errors.size()); }},
+      {"median", "", "{:.2g}", [](const Accuracy& a) { return a.at_most(0.5); }},
+      {"99 % at most", "", "{:.2g}", [](const Accuracy& a) { return a.at_most(0.99); }},
+      {"largest", "", "{:.2g}", [](const Accuracy& a) { return a.errors.back(); }},
+      {"up to 100", few},
+  };
+  return table_of("Error of the final state, in multiples of the tolerance", columns, rows);
 }
 
 Table fuzz_findings(const std::vector<FuzzScene>& scenes) {

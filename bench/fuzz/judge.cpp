@@ -36,6 +36,10 @@ constexpr const char* kAdaptive = "fesd_adaptive:radau-iia:4";
 constexpr const char* kFixed = "fesd:radau-iia:3,elements=as_needed";
 constexpr const char* kCvode = "cvode:adams";
 constexpr const char* kEventDriven = "event_driven";
+// Only where formulas bend or jump, or with friction elements: b, then o.
+constexpr std::array kOthers = {"ida", "arkode", "fesd_adaptive:gauss:4", "extrapolated_moreau"};
+constexpr const char* kCapturing = "event_capturing,order=3";
+constexpr std::size_t kMoreauJean = 3, kFirstOther = 5;  // m, and the first of b in the list of results
 
 constexpr int kFixedSteps = 400, kMoreauJeanSteps = 5000, kMoreFixed = 2, kMoreMoreauJean = 10;
 constexpr int kDigits = 20;        // of a proof, in the units of the answers
@@ -108,6 +112,7 @@ class Judge {
     if (options_.proof_limit > 0) truth_ = prove(Reading::decimal, options_.proof_limit);
     run_all();
     if (!all_agree() || !is_confirmed()) run_more();
+    measure_tolerances();
     FuzzScene judged;
     judged.verdict = decide(judged);
     judged.difference = 0;
@@ -118,7 +123,7 @@ class Judge {
     }
     judged.sensitivity = sensitivity_;
     judged.truth = truth_;
-    judged.results.assign(results_.begin(), results_.end());
+    judged.results = results_;
     return judged;
   }
 
@@ -178,10 +183,15 @@ class Judge {
                 with_error(run(*problem_, kCvode, {.tolerance = kTolerance})),
                 run_twice(moreau_jean_for(problem_->info()), kMoreauJeanSteps),
                 with_error(run(*problem_, kEventDriven, {.tolerance = kTolerance}))};
+    const ProblemInfo& info = problem_->info();
+    if (info.switches.empty() && info.n_friction_elements == 0) return;
+    for (const char* method : kOthers)
+      results_.push_back(with_error(run(*problem_, method, {.tolerance = kTolerance})));
+    results_.push_back(run_twice(kCapturing, kFixedSteps));
   }
 
   void run_more() {
-    auto& [a, f, c, m, e] = results_;
+    FuzzResult &a = results_[0], &f = results_[1], &c = results_[2], &m = results_[kMoreauJean], &e = results_[4];
     const FuzzResult a_before = a, c_before = c, e_before = e;
     double spread_a = 0, spread_c = 0, spread_e = 0;
     for (auto [result, spread] : {std::pair(&a, &spread_a), std::pair(&e, &spread_e)}) {
@@ -189,18 +199,15 @@ class Judge {
       *spread = change(*result, run(*problem_, result->method, {.tolerance = kTighter}));
       result->error += std::min(*spread, kImprecise * coarseness(*result) * size_of(*result));  // (3)
     }
-    if (c.succeeded()) {
-      double error = kConfirming * size_of(c);  // of a method that cannot be asked again nothing better is known
-      for (const double tolerance : {kTight, kTighter}) {
-        const FuzzResult tighter = with_error(run(*problem_, kCvode, {.tolerance = tolerance}));
-        if (!tighter.succeeded()) break;
-        error = tighter.error + kChanged * distance(tighter, c);  // (4)
-        c = tighter;
-      }
-      c.error = error;
-      spread_c = distance(c_before, c);
-    }
+    run_tighter(c);
+    spread_c = distance(c_before, c);
     if (f.succeeded()) run_again(kMoreFixed * kFixedSteps, f);
+    for (std::size_t i = kFirstOther; i < results_.size(); ++i) {
+      if (results_[i].setting.is_tolerance())
+        run_tighter(results_[i]);
+      else if (results_[i].succeeded())
+        run_again(kMoreFixed * kFixedSteps, results_[i]);
+    }
     if (m.succeeded()) {
       const FuzzResult before = m;
       run_again(kMoreMoreauJean * kMoreauJeanSteps, m);
@@ -208,6 +215,19 @@ class Judge {
     }
     measure_sensitivity({{a_before, spread_a}, {c_before, spread_c}, {e_before, spread_e}});
     prove_more();
+  }
+
+  /// The answer with smaller tolerances, and its error (4).
+  void run_tighter(FuzzResult& result) const {
+    if (!result.succeeded()) return;
+    double error = kConfirming * size_of(result);  // of a method that cannot be asked again nothing better is known
+    for (const double tolerance : {kTight, kTighter}) {
+      const FuzzResult tighter = with_error(run(*problem_, result.method, {.tolerance = tolerance}));
+      if (!tighter.succeeded()) break;
+      error = tighter.error + kChanged * distance(tighter, result);  // (4)
+      result = tighter;
+    }
+    result.error = error;
   }
 
   /// The answer with more steps; the old one, of which little is known, where that fails.
@@ -222,6 +242,15 @@ class Judge {
   /// Distance between two answers; 0 if there is no other.
   static double change(const FuzzResult& result, const FuzzResult& other) {
     return other.succeeded() ? distance(result, other) : 0;
+  }
+
+  /// FuzzResult::tolerances of a and e.
+  void measure_tolerances() {
+    if (!truth_.is_known()) return;
+    for (FuzzResult* result : {&results_[0], &results_[4]}) {
+      if (!result->succeeded()) continue;
+      result->tolerances = distance(*result, truth_) / (result->setting.tolerance / size_ * size_of(truth_));
+    }
   }
 
   /// K and (7). @param undisturbed  answers with the first tolerance, and what another one changed
@@ -240,6 +269,8 @@ class Judge {
     for (auto& result : results_) result.error += kAmplified * smallest;
   }
 
+  /// m, extrapolated_moreau and o
+  static bool is_time_stepping(std::size_t i) { return i == kMoreauJean || i + 1 >= kFirstOther + kOthers.size(); }
   bool both(std::size_t i, std::size_t j) const { return results_[i].succeeded() && results_[j].succeeded(); }
   bool agree(std::size_t i, std::size_t j) const {  // (2)
     return distance(results_[i], results_[j]) <= results_[i].error + results_[j].error;
@@ -282,7 +313,7 @@ class Judge {
     for (std::size_t i = 0; i < results_.size(); ++i) {
       for (std::size_t j = i + 1; j < results_.size(); ++j) {
         if (!both(i, j) || agree(i, j)) continue;
-        is_of_time_stepping = is_of_time_stepping && (i == 3 || j == 3);
+        is_of_time_stepping = is_of_time_stepping && (is_time_stepping(i) || is_time_stepping(j));
         const double difference = distance(results_[i], results_[j]);
         const double allowed = results_[i].error + results_[j].error;
         const std::string parties = fmt::format("{} and {}", results_[i].method, results_[j].method);
@@ -305,7 +336,7 @@ class Judge {
     bool is_of_time_stepping = true;
     for (std::size_t i = 0; i < results_.size(); ++i) {
       if (!is_wrong(i)) continue;
-      is_of_time_stepping = is_of_time_stepping && i == 3;
+      is_of_time_stepping = is_of_time_stepping && is_time_stepping(i);
       const double difference = distance(results_[i], truth_), allowed = results_[i].error + truth_.error;
       judged.detail += fmt::format("{}{} differs from the truth by {:.1e}, {:.1e} allowed",
                                    judged.detail.empty() ? "" : "; ", results_[i].method, difference, allowed);
@@ -333,9 +364,9 @@ class Judge {
   const ordered_json& scene_;
   JudgeOptions options_;
   std::unique_ptr<Problem> problem_;
-  double length_, velocity_;           ///< units of the answers, see SceneDraw::change_units()
-  double size_;                        ///< the smallest of 1 and these: of what an absolute tolerance has to resolve
-  std::array<FuzzResult, 5> results_;  ///< a, f, c, m, e
+  double length_, velocity_;         ///< units of the answers, see SceneDraw::change_units()
+  double size_;                      ///< the smallest of 1 and these: of what an absolute tolerance has to resolve
+  std::vector<FuzzResult> results_;  ///< a, f, c, m, e, and where they are judged b, o
   FuzzTruth truth_;
   double sensitivity_ = 0;
 };

@@ -20,14 +20,20 @@ struct JudgeOptions {
   decltype(&prove_scene) prover = &prove_scene;  ///< for tests of the rule
 };
 
-/// The judge of random scenes: five methods that share little of their numerics compute the final state x = (q, v),
-/// each in a process of its own that is killed after twice the time limit.
+/// The judge of random scenes: methods that share little of their numerics compute the final state x = (q, v), each in
+/// a process of its own that is killed after twice the time limit.
 ///
 ///   a  fesd_adaptive:radau-iia:4               tolerance 1e-10
 ///   f  fesd:radau-iia:3,elements=as_needed     a few hundred steps
 ///   c  cvode:adams                             tolerance 1e-10
 ///   m  moreau_jean                             thousands of steps
 ///   e  event_driven                            tolerance 1e-10
+///
+/// Where formulas bend or jump, or a scene has friction elements, all other methods with code of their own for it are
+/// judged, too:
+///
+///   b  ida, arkode, fesd_adaptive:gauss:4, extrapolated_moreau   tolerance 1e-10
+///   o  event_capturing,order=3                                   a few hundred steps
 ///
 /// First `ricochet truth` is asked for a proof of the motion, x_t with a bound d_t of its error. Where there is one of
 /// grade proven or assumed, it alone decides: every method is compared with it, as in (9), and not with other methods.
@@ -38,9 +44,9 @@ struct JudgeOptions {
 ///
 /// First each is allowed an error d, max-norm; s is the largest number in x, at least 1:
 ///
-///   d_a = d_c = d_e = 1e-6 s r,   d_f = 1e-6 s,   d_m = 1e-6 s + 10 |x_N - x_N'|                              (1)
+///   d_a = d_b = d_c = d_e = 1e-6 s r,   d_f = 1e-6 s,   d_m, d_o = 1e-6 s + 10 |x_N - x_N'|                    (1)
 ///
-/// with N and N' = 4 N steps of Moreau-Jean, whose error falls like 1/N, but not evenly. After impacts that accumulate
+/// with N and N' = 4 N steps. The error of Moreau-Jean falls like 1/N, but not evenly. After impacts that accumulate
 /// it falls more slowly, in observed cases like N^-0.35. r is the larger of 1 and 1e-15 over the tolerance
 /// without that limit. Two methods agree when
 ///
@@ -54,7 +60,7 @@ struct JudgeOptions {
 ///
 ///   d_i = 1e-6 s r + min(|x_1e-10 - x_1e-12|, 1e-5 s r),  i = a, e                                              (3)
 ///
-/// c  uses the tolerance 1e-12, or 1e-11 if that fails. With 1e-10 it ends 1e-3 off where impacts accumulate, because
+/// b  and c use the tolerance 1e-12, or 1e-11 if that fails. With 1e-10 it ends 1e-3 off where impacts accumulate, because
 ///    the flights become lower than its errors. With x' the result at a tolerance 10 times as large,
 ///
 ///   d_c = 1e-6 s r + 3 |x - x'|                                                                                (4)
@@ -62,10 +68,10 @@ struct JudgeOptions {
 /// f  and m get two and ten times as many steps. Whether they close a bounce that falls into a step depends on the
 ///    position of the step, so that results may jump:
 ///
-///   d_f = 1e-6 s + 10 |x_N - x_N'|,   N' = 4 N                                                                (5)
+///   d_f, d_o = 1e-6 s + 10 |x_N - x_N'|,   N' = 4 N                                                           (5)
 ///   d_m = 1e-6 s + max(10 |x_N - x_N'|, 3 |x_N'/10 - x_N'|)                                                   (6)
 ///
-/// If more runs of c, f or m fail, the method keeps its last result with d = 1e-2 s.
+/// If more runs of b, c, f, o or m fail, the method keeps its last result with d = 1e-2 s.
 ///
 /// The sensitivity of the motion to small changes is measured, too: a, c and e run with forces disturbed by +-1e-9 of
 /// g, and K is the largest change of x, by a disturbance or by the tolerance 1e-12 in place of 1e-10. The smallest of
@@ -82,9 +88,10 @@ struct JudgeOptions {
 ///
 ///   |x_i - x_t| > d_i + d_t                                                                                     (9)
 ///
-/// whatever the others say: "wrong", or "outvoted" where m alone is wrong, for the reason below. Without a proof, (2)
+/// whatever the others say: "wrong", or "outvoted" where time stepping (m, o, extrapolated_moreau) alone is wrong, for
+/// the reason below. Without a proof, (2)
 /// again decides: "agree" where 30 K < 1e-6 s, "sensitive" where only K explains the difference. Else "open" where
-/// a method has declined because the motion is not unique. Where m alone stands against the others, a time step has
+/// a method has declined because the motion is not unique. Where time stepping alone stands against the others, a time step has
 /// made one impact of several, or several of one that strikes bodies at rest against each other, however short it is
 /// (element_start.h, (7)): "outvoted" where a and c, which share no formulas, agree; "collapse" where c has declined
 /// because the impacts of several contacts accumulate. Else "disagree". No pair that confirms: "undecided"; no method

@@ -30,10 +30,12 @@ void for_each_expression(ordered_json& scene, const std::function<void(std::stri
   for (const char* field : {"M", "f", "potential_energy"}) {
     if (scene.contains(field)) for_each_text(scene[field], change);
   }
-  for (auto& contact : scene["contacts"]) {
-    for_each_text(contact["gap"], change);
-    for (const char* field : {"Jt", "vt_drive"}) {
-      if (contact.contains(field)) for_each_text(contact[field], change);
+  for (const char* list : {"contacts", "friction"}) {
+    if (!scene.contains(list)) continue;
+    for (auto& contact : scene[list]) {
+      for (const char* field : {"gap", "Jt", "vt_drive", "bound"}) {
+        if (contact.contains(field)) for_each_text(contact[field], change);
+      }
     }
   }
 }
@@ -42,8 +44,13 @@ bool mentions(const std::string& expression, const std::string& name) {
   return std::regex_search(expression, std::regex("\\b" + name + "\\b"));
 }
 
-ordered_json without_contact(ordered_json scene, std::size_t i) {
-  scene["contacts"].erase(i);
+std::size_t length_of(const ordered_json& scene, const char* list) {
+  return scene.contains(list) ? scene[list].size() : 0;
+}
+
+/// @param list  "contacts" or "friction"
+ordered_json without_entry(ordered_json scene, const char* list, std::size_t i) {
+  scene[list].erase(i);
   return scene;
 }
 
@@ -52,7 +59,8 @@ ordered_json without_friction(ordered_json scene, std::size_t i) {
   return scene;
 }
 
-/// Coordinate k keeps its initial value, and those after it move up. Contacts that touch no other one go, too.
+/// Coordinate k keeps its initial value, and those after it move up. Contacts and friction elements that touch no other
+/// one go, too.
 ordered_json without_coordinate(ordered_json scene, std::size_t k) {
   const std::string q0 = scene["q0"][k];
   static const std::regex component(R"(([qv])\[(\d+)\])");
@@ -81,6 +89,14 @@ ordered_json without_coordinate(ordered_json scene, std::size_t k) {
     if (std::regex_search(gap, component)) contacts.push_back(contact);
   }
   scene["contacts"] = contacts;
+  for (std::size_t i = length_of(scene, "friction"); i-- > 0;) {
+    bool is_empty = true;
+    for (auto& direction : scene["friction"][i]["Jt"]) {
+      direction.erase(k);
+      for (const auto& entry : direction) is_empty = is_empty && entry == "0";
+    }
+    if (is_empty) scene["friction"].erase(i);
+  }
   return scene;
 }
 
@@ -131,7 +147,9 @@ std::vector<ordered_json> simpler(const ordered_json& scene) {
   std::vector<ordered_json> candidates;
   for (std::size_t k = scene["q0"].size(); k-- > 0 && scene["q0"].size() > 1;)
     candidates.push_back(without_coordinate(scene, k));
-  for (std::size_t i = scene["contacts"].size(); i-- > 0;) candidates.push_back(without_contact(scene, i));
+  for (const char* list : {"contacts", "friction"}) {
+    for (std::size_t i = length_of(scene, list); i-- > 0;) candidates.push_back(without_entry(scene, list, i));
+  }
   for (std::size_t i = 0; i < scene["contacts"].size(); ++i) {
     if (scene["contacts"][i].contains("mu")) candidates.push_back(without_friction(scene, i));
   }

@@ -11,7 +11,7 @@ using SceneTest = std::function<bool(const nlohmann::ordered_json& scene)>;
 /// A simpler scene that still passes the test, by greedy search: it takes the first of these changes that the test
 /// allows, again and again until none is left or the time is over.
 ///
-///   a contact less; its friction less
+///   a contact or a friction element less; the friction of a contact less
 ///   a coordinate less: it stays where it starts, in every expression
 ///   a shorter end time
 ///   a parameter that is 0, 1, or has fewer digits

@@ -122,13 +122,18 @@ void SceneDraw::contact(const std::string& name, const std::string& gap, const s
                         const Friction& friction) {
   contact(name, gap, eps_r);
   contacts_.back()["mu"] = friction.mu;
-  auto& tangents = contacts_.back()["Jt"] = nlohmann::ordered_json::array();
-  for (const auto& direction : friction.tangents) {
+  contacts_.back()["Jt"] = rows_of(friction.tangents);
+  if (!friction.drives.empty()) contacts_.back()["vt_drive"] = friction.drives;
+}
+
+nlohmann::ordered_json SceneDraw::rows_of(const std::vector<Direction>& tangents) const {
+  nlohmann::ordered_json rows = nlohmann::ordered_json::array();
+  for (const auto& direction : tangents) {
     std::vector<std::string> entries(q0_.size(), "0");
     for (const auto& [k, entry] : direction) entries[static_cast<std::size_t>(k)] = entry;
-    tangents.push_back(entries);
+    rows.push_back(entries);
   }
-  if (!friction.drives.empty()) contacts_.back()["vt_drive"] = friction.drives;
+  return rows;
 }
 
 void SceneDraw::contact_with_chance(const std::string& name, const std::string& gap, const std::string& eps_r,
@@ -142,6 +147,12 @@ void SceneDraw::contact_with_chance(const std::string& name, const std::string& 
 
 void SceneDraw::joint(const std::string& name, const std::string& gap) {
   contacts_.push_back({{"name", name}, {"gap", gap}, {"bilateral", true}});
+}
+
+void SceneDraw::friction_element(const std::string& name, const std::vector<Direction>& tangents,
+                                 const std::string& bound, const std::vector<std::string>& drives) {
+  elements_.push_back({{"name", name}, {"Jt", rows_of(tangents)}, {"bound", bound}});
+  if (!drives.empty()) elements_.back()["vt_drive"] = drives;
 }
 
 void SceneDraw::change_units(int mass_unit, int length, int time) {
@@ -178,6 +189,7 @@ nlohmann::ordered_json SceneDraw::scene(const std::string& id, const std::string
                                   {"T", "T"}, {"M", mass_}};
   for (const auto& sum : force_) scene["f"].push_back(sum.empty() ? "0" : sum);
   scene["contacts"] = contacts_;
+  if (!elements_.empty()) scene["friction"] = elements_;
   if (!potential_.empty()) scene["potential_energy"] = potential_;
   if (!has_units_) return scene;
   change_units_of(scene["q0"], "unit_length");
@@ -185,10 +197,14 @@ nlohmann::ordered_json SceneDraw::scene(const std::string& id, const std::string
   change_units_of(scene["T"], "unit_time");
   change_units_of(scene["M"], "unit_mass");
   change_units_of(scene["f"], "unit_mass*unit_length/unit_time**2");
-  for (auto& contact : scene["contacts"]) {
-    change_units_of(contact["gap"], "unit_length");
-    if (contact.contains("Jt")) change_units_of(contact["Jt"], "1");
-    if (contact.contains("vt_drive")) change_units_of(contact["vt_drive"], "unit_length/unit_time");
+  for (auto& contact : scene["contacts"]) change_units_of(contact["gap"], "unit_length");
+  for (const char* list : {"contacts", "friction"}) {
+    if (!scene.contains(list)) continue;
+    for (auto& contact : scene[list]) {
+      if (contact.contains("Jt")) change_units_of(contact["Jt"], "1");
+      if (contact.contains("vt_drive")) change_units_of(contact["vt_drive"], "unit_length/unit_time");
+      if (contact.contains("bound")) change_units_of(contact["bound"], "unit_mass*unit_length/unit_time**2");
+    }
   }
   if (!potential_.empty()) change_units_of(scene["potential_energy"], "unit_mass*unit_length**2/unit_time**2");
   return scene;

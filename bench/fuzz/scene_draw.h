@@ -66,6 +66,9 @@ class SceneDraw {
   void contact_with_chance(const std::string& name, const std::string& gap, const std::string& eps_r, int percent_rough,
                            const Range& mu, const std::vector<Direction>& tangents);
   void joint(const std::string& name, const std::string& gap);
+  /// Friction without a normal contact. @param tangents  one direction or two  @param bound  of the force
+  void friction_element(const std::string& name, const std::vector<Direction>& tangents, const std::string& bound,
+                        const std::vector<std::string>& drives = {});
 
   void end_time(double low, double high) { number("T", low, high); }
 
@@ -74,6 +77,7 @@ class SceneDraw {
   ///
   ///   q' = L q,   t' = T t,   M' = (mass unit) M,   f' = (mass unit) L / T^2 f,   gap' = L gap,   drive' = L / T drive
   ///
+  /// and the bound of a friction element changes as a force.
   /// The parameters unit_length and unit_time are L and T, by which the judge takes the answers back.
   void change_units(int mass, int length, int time);
 
@@ -81,9 +85,11 @@ class SceneDraw {
   nlohmann::ordered_json scene(const std::string& id, const std::string& title) const;
 
  private:
+  nlohmann::ordered_json rows_of(const std::vector<Direction>& tangents) const;
+
   std::mt19937_64 engine_;
   nlohmann::ordered_json parameters_ = nlohmann::ordered_json::object();
-  nlohmann::ordered_json contacts_ = nlohmann::ordered_json::array();
+  nlohmann::ordered_json contacts_ = nlohmann::ordered_json::array(), elements_ = nlohmann::ordered_json::array();
   std::vector<std::string> q0_, v0_, force_;
   std::vector<std::vector<std::string>> mass_;
   std::string potential_;

@@ -29,11 +29,13 @@ Solution without_run(Run& run, const char* status, const std::string& reason) {
 }
 
 /// Mean length of a Runge-Kutta step. A fixed-step run has its nominal length T / (N_sim N_FE), against which orders are
-/// drawn, although a step with an impact may hold more elements.
-double mean_length(const Solution& solution, const Setting& setting, double end_time) {
+/// drawn, although a step with an impact may hold more elements. Where formulas bend or jump, counters include the runs
+/// that locate borders.
+double mean_length(const Solution& solution, const Setting& setting, const ProblemInfo& info) {
   const auto elements = static_cast<double>(solution.counters.elements);
   if (setting.is_tolerance() || !solution.succeeded()) return solution.t / std::max(1.0, elements);
-  return end_time / (setting.steps * std::max(1.0, std::round(elements / setting.steps)));
+  const auto steps = static_cast<double>(info.switches.empty() ? setting.steps : solution.counters.steps);
+  return info.end_time / (setting.steps * std::max(1.0, std::round(elements / std::max(1.0, steps))));
 }
 
 }  // namespace
@@ -106,7 +108,7 @@ Solution measure_run(const Measurement& what, const Method& method, Run& run, So
   run.counters = solution.counters;
   run.detected_events = static_cast<int>(solution.events.size());
   run.max_residual = solution.max_residual();
-  run.h_bar = mean_length(solution, run.setting, what.problem.info().end_time);
+  run.h_bar = mean_length(solution, run.setting, what.problem.info());
   if (what.reference) {
     run.reference_error = what.reference->uncertainty;
     run.solution_size = what.reference->size();

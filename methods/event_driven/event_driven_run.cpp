@@ -93,6 +93,8 @@ bool EventDrivenRun::begin() {
   ends_.v0 = info_.v0;
   scales_.begin_step(ends_.q0.data(), ends_.v0.data(), T_ / 10, true);
   if (!change_modes({})) return false;
+  if (border_.is_watched()) solution_.exit.function = border_.left_by_jump(info_.q0, info_.v0, ends_.v0);
+  if (solution_.exit.function >= 0) return false;
   choose_first_length();
   return true;
 }
@@ -415,6 +417,10 @@ bool EventDrivenRun::start_slip() {
       h *= std::isfinite(error) ? std::clamp(0.8 * std::pow(error, -1.0 / 7), 0.1, 0.8) : 0.25;
       continue;
     }
+    if (leaves_region(h)) {
+      finish();
+      return false;
+    }
     record_motion(t_ + h);
     if (!sample_start(h, angles, contacts)) return false;
     t_ = is_last ? T_ : t_ + h;
@@ -494,6 +500,10 @@ bool EventDrivenRun::start_slip_at_held_directions() {
     const DetectedEvent event = functions_.find(ends_, contacts);
     is_free = !event || event.theta > 1 - 1e-9 || h < 10 * kShortestStart * T_;
     if (!is_free) h *= std::clamp(0.9 * event.theta, 0.1, 0.9);
+  }
+  if (leaves_region(h)) {
+    for (const int i : contacts) dynamics_.hold_direction(i, nullptr);
+    return false;
   }
   if (!sensitivity_->take_slip_start(ends_, h, contacts)) return stop_undetermined();
   if (!sample_until(t_ + h)) return false;

@@ -25,8 +25,8 @@ bool FesdRun::leaves_region(const FesdStep& step) {
   for (int n = 0; n < step.n_elements; begin += step.elements[n++].h) {
     const Element& element = step.elements[n];
     exit = {};
-    exit.function = border_.outside(element.q0, element.v0);
-    if (exit.function >= 0 && border_.outside(element.q0, step.v_minus.col(n)) < 0) {
+    exit.function = border_.left_by_jump(element.q0, step.v_minus.col(n), element.v0);
+    if (exit.function >= 0) {
       exit.inside = exit.outside = begin;
       return true;
     }

@@ -47,4 +47,14 @@ int RegionBorder::outside(const Vector& q, const Vector& v) {
   return found;
 }
 
+int RegionBorder::left_by_jump(const Vector& q, const Vector& v_before, const Vector& v_after) {
+  if (outside(q, v_after) < 0) return -1;
+  const Vector after = psi_;
+  outside(q, v_before);
+  for (int k = 0; k < n_; ++k) {
+    if (after[k] < -relative_ * size_[k] && psi_[k] >= -relative_ * size_[k]) return k;
+  }
+  return -1;
+}
+
 }  // namespace ricochet

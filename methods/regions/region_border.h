@@ -20,6 +20,8 @@ class RegionBorder {
   bool is_watched() const { return n_ > 0; }
   /// The function that violates (1) at a state, the first one; -1 if none does.
   int outside(const Vector& q, const Vector& v);
+  /// The function that violates (1) after a jump of the velocity, and not before it, the first one; -1 if none does.
+  int left_by_jump(const Vector& q, const Vector& v_before, const Vector& v_after);
 
   /// Searches a step of length `h` [s]. @param state  state(s, q, v) sets the state for s in [0, 1]
   /// @returns whether it leaves the region; then `exit` has the interval, from the begin of the step

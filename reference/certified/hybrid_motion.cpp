@@ -130,7 +130,7 @@ void HybridMotion::run() {
   try {
     run_to_end();
   } catch (const Undecided& error) {
-    const bool may_pass = may_collapse(last_impact_) || may_collapse_with_another(last_impact_);
+    const bool may_pass = scene_.n_c() > 0 && (may_collapse(last_impact_) || may_collapse_with_another(last_impact_));
     if (cut_ > 0 || !impacts_accumulate() || may_pass) throw;  // more bits reach smaller speeds
     throw Unsupported(fmt::format("impacts accumulate at t = {}", short_text(t_)));
   }

@@ -474,7 +474,8 @@ class SceneTranslation {
       for (const ex& entry : row) formulas->mass.push_back(exact(entry));
     }
     for (const auto& stated : model_.contacts) {
-      RegionFormulas::Contact contact{exact(stated.gap), {}};
+      // The gap of a friction element is its coordinate, for which every region has a symbol of its own.
+      RegionFormulas::Contact contact{stated.is_friction_element ? ex(0) : exact(stated.gap), {}};
       for (const auto& direction : stated.tangents) {
         for (const ex& entry : direction) contact.directions.push_back(exact(entry));
       }

@@ -197,6 +197,22 @@ TEST(FrictionElements, TwoDirectionsBrakeAlongTheSlip) {
   expect_element_end(*problem, kExactElementRuns, q, v);
 }
 
+/// A puck that sticks on moving ground until 0.647 s. While its slip is slow, at 0.680 s, the bound bends; by
+/// `ricochet truth`.
+TEST(FrictionElements, SlipThatBeginsInSpacePassesABorder) {
+  const auto problem = parsed_elements(R"~({"q0": ["0", "0"], "v0": ["0.3618", "0.5230"], "T": "1.6553",
+    "M": [["1.7567", "0"], ["0", "1.7567"]],
+    "f": ["2.5365*cos(6.8779*t)-12.5070*q[0]", "0.2079*cos(6.6618*t)-3.8142*q[1]"],
+    "friction": [{"name": "ground", "Jt": [["1", "0"], ["0", "1"]], "bound": "2.2853+14.2886*max(q[0]+0.2843,0)",
+                  "vt_drive": ["0.7398", "0"]}]})~");
+  Vector q(2), v(2);
+  q << -0.208218294549318686242631290572, 0.0487516379677386347833664;
+  v << 0.242483085949828569399342583655, -0.0915189894549710707332359;
+  for (const double tolerance : {1e-8, 1e-10, 1e-12})
+    expect_element_end(*problem, {{"event_driven", 0, tolerance, 100 * tolerance}}, q, v);  // errors of steps add up
+  expect_element_end(*problem, {kExactElementRuns[0], kExactElementRuns[3]}, q, v);
+}
+
 TEST(FrictionElements, NegativeBoundIsNoSuccess) {
   // Negative from t = pi/2 on; and for a while only, so that z is zero again at the end.
   for (const char* bound : {"cos(t)", "0.5+cos(t)"}) {

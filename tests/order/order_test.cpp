@@ -1,4 +1,5 @@
 // Observed orders, fitted by the same rule as in the reports.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <cmath>
@@ -248,6 +249,49 @@ TEST(FrictionElements, OrdersThroughStickAndSlip) {
     }
   }
 }
+
+/// Through forces that bend, jump in time and jump in position: every tableau keeps its order, because every element has
+/// one set of smooth formulas. Through slip that reverses: Radau IIA and Gauss.
+class Branches : public testing::TestWithParam<Case> {};
+
+/// What a fitted order may lack through borders: steps are divided there, so that the error depends on their place.
+constexpr double kBorderSlack = 0.5;
+
+TEST_P(Branches, KeepTheOrderOfTheTableau) {
+  const auto& p = GetParam();
+  const std::string method = p.method;
+  std::vector<std::string> scenes = {"pendulum_on_spring", "pendulum_pushed", "pendulum_over_plate"};
+  if (method.find("radau-iia") != std::string::npos || method.find("gauss") != std::string::npos)
+    scenes.emplace_back("pendulum_in_turning_sleeve");
+  for (const auto& scene : scenes) {
+    const auto problem = read_scene_file(test_data("../../bench/experiments/scenes/" + scene + ".json"));
+    const auto proven = reference::truth_of(*problem);
+    ASSERT_LE(proven.uncertainty, 1e-14) << scene;
+    const auto fit = observe(*problem, {proven.solution.q, proven.solution.v, proven.uncertainty}, method,
+                             logarithmic(p.from, p.to, p.order <= 2 ? 12 : kDense));
+    ASSERT_TRUE(fit) << scene;
+    RecordProperty(scene, fmt::format("{:.2f}", fit->slope));
+    EXPECT_GE(fit->slope, p.order - kBorderSlack)
+        << scene << " window " << fit->first_steps << " .. " << fit->last_steps;
+    EXPECT_LE(fit->slope, p.order + kBorderSlack)
+        << scene << " window " << fit->first_steps << " .. " << fit->last_steps;
+  }
+}
+
+// Grids: from the first N that is asymptotic to rounding, in 3 to 6 s.
+INSTANTIATE_TEST_SUITE_P(
+    Tableaus, Branches,
+    testing::Values(Case{"fesd:radau-iia:1", 1, 1e4, 2e5}, Case{"fesd:radau-iia:2", 3, 40, 1500},
+                    Case{"fesd:radau-iia:3", 5, 40, 240}, Case{"fesd:radau-iia:4", 7, 20, 90},
+                    Case{"fesd:gauss:1", 2, 150, 5000}, Case{"fesd:gauss:2", 4, 40, 1500},
+                    Case{"fesd:gauss:3", 6, 40, 240}, Case{"fesd:gauss:4", 8, 20, 90},
+                    Case{"fesd:radau-ia:2", 3, 40, 1500}, Case{"fesd:radau-ia:3", 5, 40, 240},
+                    Case{"fesd:lobatto-iiia:2", 2, 150, 5000}, Case{"fesd:lobatto-iiia:3", 4, 40, 1500},
+                    Case{"fesd:lobatto-iiia:4", 6, 40, 240}, Case{"fesd:lobatto-iiib:2", 2, 150, 5000},
+                    Case{"fesd:lobatto-iiib:3", 4, 40, 1500}, Case{"fesd:lobatto-iiib:4", 6, 40, 240},
+                    Case{"fesd:lobatto-iiic:2", 2, 150, 5000}, Case{"fesd:lobatto-iiic:3", 4, 40, 1500},
+                    Case{"fesd:lobatto-iiic:4", 6, 40, 240}),
+    [](const auto& test) { return test_name(test.param.method); });
 
 TEST(SmoothMotion, OrdersWithoutImpacts) {
   // The wall is out of reach: what remains is the smooth order of each method.

@@ -193,6 +193,20 @@ TEST(CertifiedRegions, EdgesAndSmoothBorders) {
 }
 
 /// Two proofs of one motion, with boxes and with the mean value form, and more bits, overlap.
+/// Slows down with 5/8 from -1 until q = 0, where v = 1, then with 1 until it sticks at 1/2.
+TEST(CertifiedRegions, FrictionElementsPassBorders) {
+  const std::string scene = R"s({"q0": ["-1"], "v0": ["3/2"], "M": [["1"]], "f": ["-if(q[0]<0,0,3/8)"], "T": "3",
+      "friction": [{"name": "guide", "Jt": [["1"]], "bound": "5/8"}]})s";
+  expect_proven(switched_motion(scene), "border slip_to_stick", {"0.5", "0"});
+}
+
+TEST(CertifiedRegions, ScenesWithoutContactsMayStayOpen) {  // the second border is zero wherever the first one is
+  const std::string scene =
+      R"s({"q0": ["0.2"], "v0": ["-0.2"], "M": [["1"]], "f": ["-10*q[0]-max(158*max(q[0]+0.1,0)*(1+v[0]/4),0)"],
+      "contacts": [], "T": "1.6"})s";
+  expect_open(scene, "at the same time");
+}
+
 TEST(CertifiedRegions, RunsAgree) {
   const auto problem = read_scene_file(RICOCHET_TEST_DATA "/moving_table.json");
   const auto boxes = certified_motion(*problem);

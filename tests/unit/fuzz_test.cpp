@@ -60,6 +60,7 @@ struct Answers {
   std::optional<FailureReason> cvode_failure{};
   double event_driven = 0;
   std::optional<FailureReason> event_driven_failure{};
+  double ida = 0;
 };
 Answers answers;
 
@@ -72,7 +73,9 @@ FuzzResult answer(const Problem& problem, const std::string& method, const Setti
   const bool is_disturbed = problem.force(problem.info().q0, problem.info().v0)[0] != -9.81;
   double x = answers.cvode;
   std::optional<FailureReason> failure;
-  if (method == "event_driven") {
+  if (method == "ida") {
+    x = answers.ida;
+  } else if (method == "event_driven") {
     x = answers.event_driven;
     failure = answers.event_driven_failure;
   } else if (method.starts_with("fesd_adaptive"))
@@ -161,6 +164,27 @@ TEST(Judge, HearsTheEventDrivenMethod) {
   EXPECT_EQ(found.verdict, FuzzVerdict::disagree);
   EXPECT_TRUE(found.parties.ends_with("and event_driven")) << found.parties;
   EXPECT_EQ(judged({.event_driven = 1e-6}).verdict, FuzzVerdict::agree);
+}
+
+TEST(Judge, HearsFiveMoreWhereForcesBend) {
+  const auto judged_scene = [](const char* force, const char* friction, double ida) {
+    answers = {};
+    answers.ida = ida;
+    JudgeOptions options;
+    options.runner = answer;
+    options.proof_limit = 0;
+    return judge(
+        ordered_json::parse(fmt::format(
+            R"({{"q0": ["0"], "v0": ["0"], "T": "1", "M": [["1"]], "f": ["{}"], "contacts": [], "friction": [{}]}})",
+            force, friction)),
+        options);
+  };
+  EXPECT_EQ(judged_scene("-9.81", "", 1e-4).results.size(), 5u);
+  EXPECT_EQ(judged_scene("-9.81", R"({"Jt": [["1"]], "bound": "1"})", 0).results.size(), 10u);
+  EXPECT_EQ(judged_scene("-9.81-v[0]*abs(v[0])", "", 0).verdict, FuzzVerdict::agree);
+  const FuzzScene found = judged_scene("-9.81-v[0]*abs(v[0])", "", 1e-4);
+  EXPECT_EQ(found.verdict, FuzzVerdict::disagree);
+  EXPECT_TRUE(found.parties.find("ida") != std::string::npos) << found.parties;
 }
 
 TEST(Judge, ComparesInTheUnitsOfTheScene) {
@@ -281,6 +305,18 @@ TEST(Judge, CountsReasonsWithoutNumbersAndNames) {
   result.message =
       "from t = 0.58 s, with a step of 1.16e-13 s: contact 'bb0' would stick with 0.547 N more (4 predictions)";
   EXPECT_EQ(result.reason_class(), "infeasible: contact C would stick with # N more");
+}
+
+TEST(Minimiser, DropsFrictionElements) {
+  const ordered_json scene = ordered_json::parse(R"({"params": {"T": "1", "F": "2", "G": "3"}, "q0": ["0", "1"],
+      "v0": ["1", "0"], "T": "T", "M": [["1", "0"], ["0", "1"]], "f": ["0", "0"], "contacts": [],
+      "friction": [{"name": "a", "Jt": [["1", "0"]], "bound": "F"}, {"name": "b", "Jt": [["0", "1"]], "bound": "G+q[1]"}]})");
+  const ordered_json smallest = minimise(
+      scene, [](const ordered_json& s) { return read_scene_text(s.dump(), "scene")->info().n_friction_elements > 0; },
+      10);
+  EXPECT_EQ(smallest["q0"].size(), 1u);
+  ASSERT_EQ(smallest["friction"].size(), 1u);
+  EXPECT_EQ(smallest["friction"][0]["Jt"], ordered_json::parse(R"([["1"]])"));
 }
 
 TEST(Minimiser, KeepsWhatTheTestNeeds) {
