@@ -190,4 +190,9 @@ struct Solution {
 /// @param h  fixed step length of the method: within two steps F may move z, z' < 4 h |F|; 0: it locates events
 void fail_where_bound_is_negative(const Problem& problem, double h, Solution& solution);
 
+/// Ends the `solution`, a run of `problem`, with Status::infeasible if a varying friction coefficient, problem.h (9),
+/// is not positive at an event, a grid point or the end. A run that failed keeps its state; its message says so if the
+/// coefficient is less than a thousandth of that at the start.
+void fail_where_friction_is_not_positive(const Problem& problem, Solution& solution);
+
 }  // namespace ricochet
