@@ -30,7 +30,7 @@
 //
 //   |lambda| <= F,   k = 0 in (3)                                                                              (8)
 //
-// ("frictionloss"). It creeps, as friction of contacts does.
+// ("frictionloss"). Under a load it creeps, as friction of contacts does.
 //
 // Source: E. Todorov, Convex and analytically-invertible dynamics with contacts and constraints, ICRA 2014; MuJoCo
 // documentation, Computation.
