@@ -220,7 +220,7 @@ TEST(VaryingFriction, CoefficientThatIsNotPositiveIsNoSuccess) {
       const std::string& name = entry.examples.front();
       if (!make_method(name)->can_run(problem->info()).ok) continue;
       for (const Recording recording : {Recording::final_state, Recording::grid}) {
-        const Solution s = run_varying(*problem, {name.c_str(), 300, 1e-8, 0}, {}, recording);
+        const Solution s = run_varying(*problem, {name.c_str(), entry.conformance_steps / 4, 1e-8, 0}, {}, recording);
         EXPECT_FALSE(s.succeeded()) << name << " " << mu;
       }
     }
@@ -321,10 +321,10 @@ TEST(VaryingCoefficients, EveryMethodConvergesOrDeclines) {
           EXPECT_LE(error(0), 1e-5) << example << (slides ? " slides" : " bounces");
           continue;
         }
-        const double coarse = error(400), fine = error(1600);
+        const double coarse = error(200), fine = error(800);
         const bool is_soft = example.find("stiffness=") != std::string::npos;  // the ground gives way
         EXPECT_LE(fine, is_soft ? 2e-2 : std::max(1e-3, 0.5 * coarse)) << example << (slides ? " slides" : " bounces");
-        EXPECT_LE(fine, 2e-2) << example << (slides ? " slides" : " bounces");
+        EXPECT_LE(fine, 4e-2) << example << (slides ? " slides" : " bounces");
       }
     }
   }
