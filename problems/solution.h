@@ -122,7 +122,7 @@ struct Event {
   Vector v_minus;                      ///< n_q, left limit of v
   Vector v_plus;                       ///< n_q, right limit of v
   Vector Lambda_n;                     ///< n_c [N s], normal impulses; zero unless an impact
-  Vector Lambda_t;                     ///< n_lambda_t [N s], friction impulses, as ContactInfo::tangent_index counts
+  Vector Lambda_t;                     ///< n_lambda_t [N s], friction impulses, by tangent_index; see problem.h (9)
   std::vector<ContactMode> modes;      ///< n_c, of all contacts after the event; empty if the method has no modes
   Vector dt;                           ///< derivatives of t, as Solution::dq
 };
