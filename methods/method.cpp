@@ -71,9 +71,11 @@ bool needs_until(const MethodInfo& method, const ProblemInfo& problem) {
   return problem.until >= 0 && !method.has_regions && !method.ends_runs;
 }
 
-/// The settings of a run: events are recorded where complete() looks at them.
+/// The settings of a run: events and grid points are recorded where complete() looks at them.
 Settings with_events(Settings settings, const ProblemInfo& problem) {
   if (problem.n_friction_elements > 0) settings.recording = std::max(settings.recording, Recording::events);
+  if (std::ranges::any_of(problem.contacts, &ContactInfo::mu_varies))
+    settings.recording = std::max(settings.recording, Recording::grid);
   return settings;
 }
 
@@ -84,7 +86,9 @@ constexpr double kNoAccuracy = 1e300;
 void complete(const MethodInfo& method, const Problem& problem, const Settings& settings, Solution& solution) {
   const double h = method.is_adaptive ? 0 : problem.info().end_time / settings.steps;
   fail_where_bound_is_negative(problem, h, solution);
+  fail_where_friction_is_not_positive(problem, solution);
   if (settings.recording == Recording::final_state) solution.events.clear();
+  if (settings.recording < Recording::grid) solution.samples.clear();
   if (!solution.succeeded()) return;
   StepCheck check(problem, method.is_adaptive ? StepCheck::kTolerances * settings.tolerance : kNoAccuracy);
   solution.status = check(solution.q, solution.q, solution.v, {});
@@ -99,6 +103,11 @@ Support Method::can_run(const ProblemInfo& problem) const {
     return Support::no(fmt::format("impacts of the scene obey the law {}, which it does not have", name_of(law)));
   if (needs_until(info(), problem) && !info().keeps_samples)
     return Support::no("it has no steps at which a run could end where a formula vanishes");
+  const auto of_speed = std::ranges::find_if(
+      problem.contacts, [](const ContactInfo& contact) { return contact.eps_r_of_speed != nullptr; });
+  if (of_speed != problem.contacts.end() && !info().has_restitution_of_speed)
+    return Support::no(
+        fmt::format("e of contact '{}' depends on the approach speed vn, and it requires a number", of_speed->name));
   return supports(problem);
 }
 

@@ -57,6 +57,9 @@ struct MethodInfo {
   bool keeps_samples = true;       ///< reads Recording::grid; an integrator with steps of its own may not
   /// Impact laws that it supports; it declines scenes with another law.
   std::vector<ImpactHypothesis> impact_laws{ImpactHypothesis::newton};
+  /// It evaluates coefficients of restitution that depend on the approach speed, ContactInfo::restitution(); it declines
+  /// scenes with them otherwise.
+  bool has_restitution_of_speed = false;
   /// It ends runs where they leave their region, and follows formulas that bend or jump region by region (RegionRun).
   /// Other methods evaluate the branch that holds at each point.
   bool has_regions = false;

@@ -55,6 +55,22 @@ Matrix Problem::tangent_jacobian(const Vector& q) const {
   return J;
 }
 
+Vector Problem::friction_coefficients(const Vector& q) const {
+  Vector mu(n_c());
+  friction_coefficients(q.data(), mu.data());
+  return mu;
+}
+
+Vector Problem::friction_forces(const Vector& q, Vector lambda_t) const {
+  if (lambda_t.size() == 0) return lambda_t;
+  const Vector mu = friction_coefficients(q);
+  for (int i = 0; i < n_c(); ++i) {
+    const auto& contact = info_.contacts[i];
+    if (contact.mu_varies) lambda_t.segment(contact.tangent_index, contact.n_t) *= mu[i];
+  }
+  return lambda_t;
+}
+
 Matrix Problem::force_directions(Matrix J) const {
   if (info_.clock >= 0 && J.cols() > 0) J.row(info_.clock).setZero();
   return J;
@@ -162,6 +178,9 @@ void validate_impact_law(const ProblemInfo& info) {
     const auto field = [&](const char* entry) { return fmt::format("contacts[{}].{} ({})", i, entry, contact.name); };
     if (is_lzb && contact.n_t > 0)
       throw InputError(field("mu"), contact.mu, "impact law lzb has no friction: 0 is required");
+    if (is_lzb && contact.eps_r_of_speed)
+      throw InputError(field("e"), "a formula of vn",
+                       "impact law lzb requires a coefficient that does not depend on vn");
     if (is_lzb && contact.eps_r == 0)
       throw InputError(field("e"), contact.eps_r, "impact law lzb divides by e: a value in (0, 1] is required");
     if (contact.n_t > 1)
@@ -214,6 +233,9 @@ void validate(const Problem& problem, double depth) {
       throw InputError(field("e"), contact.eps_r, "a bilateral constraint has no restitution, 0 is required");
     if (contact.is_bilateral && contact.mu != 0)
       throw InputError(field("mu"), contact.mu, "a bilateral constraint has no friction, 0 is required");
+    if (!contact.mu_varies) continue;
+    if (const double mu = problem.friction_coefficients(info.q0)[i]; !(mu > 0) || !std::isfinite(mu))
+      throw InputError(field("mu"), mu, "a formula of q or t > 0 is required, at q0 and along the motion");
   }
 
   validate_impact_law(info);

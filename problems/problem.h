@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <limits>
 #include <memory>
 #include <optional>
 #include <span>
@@ -23,22 +24,52 @@ struct Geometry;  // problems/geometry.h
 struct SymbolicModel;
 class SymbolicProblem;  // both problems/derivatives/symbolic_problem.h
 
+/// Newton's coefficient of restitution as a formula of the approach speed v_n = -J_n' v- > 0 [m/s].
+class RestitutionOfSpeed {
+ public:
+  virtual ~RestitutionOfSpeed() = default;
+  /// e at the approach speed `v_n`. @throws InputError with the contact, v_n and e if e is not in [0, 1]
+  virtual double value(double v_n) const = 0;
+  virtual double slope(double v_n) const = 0;  ///< de/dv_n [s/m]
+  /// d: derivatives of e with respect to ProblemInfo::parameters.
+  virtual void parameter_derivative(double v_n, double* d) const = 0;
+};
+
 /// One unilateral contact, or a bilateral constraint: a contact that is always closed and may pull. Its Jacobian
 /// entries live on `support` only, the coordinates that the contact touches.
 struct ContactInfo {
   std::string name;                  ///< in messages, events and figures
   bool is_friction_element = false;  ///< friction without a normal contact, Problem (8); eps_r = 0 and mu = 1
+  std::optional<double> bound = {};  ///< F of a friction element, if it is a number
   bool is_bilateral = false;         ///< f_c = 0 at all times, lambda_n of either sign; no friction, no restitution
-  double eps_r = 0;                  ///< restitution coefficient, in [0, 1]
+  double eps_r = 0;                  ///< restitution coefficient, in [0, 1]; kVaries if it depends on the speed
   double mu = 0;                     ///< friction coefficient, >= 0; zero exactly when n_t is zero
-  int n_t = 0;                       ///< tangent directions: 0 frictionless, 1 planar, 2 in space
-  std::vector<int> support;          ///< coordinates q_k that occur in the gap or the tangents, ascending
-  bool is_moving = false;            ///< it depends on time: the last entry of `support` is the clock
-  bool is_affine = false;            ///< J_n and J_t do not depend on q
+  bool mu_varies = false;            ///< mu is a formula of q or t, Problem (9)
+  std::shared_ptr<const RestitutionOfSpeed> eps_r_of_speed = {};  ///< null if eps_r holds at every speed
+  int n_t = 0;               ///< tangent directions: 0 frictionless, 1 planar, 2 in space
+  std::vector<int> support;  ///< coordinates q_k that occur in the gap or the tangents, ascending
+  bool is_moving = false;    ///< it depends on time: the last entry of `support` is the clock
+  bool is_affine = false;    ///< J_n and J_t do not depend on q
   bool has_corners = false;  ///< J_n may jump along a motion, as of a gap with max(); not where it is stated in code
   int normal_begin = 0;      ///< first entry of this contact in a packed J_n
   int tangent_begin = 0;     ///< first entry of this contact in a packed J_t, direction after direction
   int tangent_index = 0;     ///< first component of this contact in lambda_t and v_t
+
+  /// In place of eps_r if eps_r depends on the approach speed: neither plastic nor elastic.
+  static constexpr double kVaries = 0.5;
+  /// eps_r at an impact with the normal velocity `rate` = J_n' v- before it [m/s]. A coefficient that depends on the
+  /// speed is zero where `rate` >= 0, without an impact. @throws InputError as RestitutionOfSpeed::value()
+  double restitution(double rate) const {
+    if (!eps_r_of_speed) return eps_r;
+    return rate < 0 ? eps_r_of_speed->value(-rate) : 0;
+  }
+  /// d(eps_r rate) / d(rate).
+  double restitution_slope(double rate) const {
+    if (!eps_r_of_speed) return eps_r;
+    return rate < 0 ? eps_r_of_speed->value(-rate) - rate * eps_r_of_speed->slope(-rate) : 0;
+  }
+  /// Whether the slowest impacts lose no energy, so that infinitely many of them take infinitely long.
+  bool is_elastic() const { return restitution(-std::numeric_limits<double>::min()) >= 1; }
 
   /// The entries of `support` that contact forces push: all but the clock.
   std::span<const int> pushed() const { return std::span(support).first(support.size() - (is_moving ? 1 : 0)); }
@@ -147,6 +178,15 @@ struct ProblemInfo {
 ///
 /// so that lambda_n = F. It is a contact like others to whoever solves (1)-(7).
 ///
+/// A friction coefficient that is a formula mu(q, t) > 0 multiplies the tangents, and the coefficient in (5) is 1:
+///
+///     J_t <- mu(q,t) J_t,   mu <- 1,   so that lambda_t is the friction force over mu(q,t), and v_t mu(q,t) times the
+///     slip velocity                                                                                          (9)
+///
+/// The products J_t lambda_t and v_t' lambda_t stay the same, and so does (5), forces and impulses alike
+/// (derivatives/varying_friction.h). A coefficient of restitution may be a formula of the approach speed -J_n' v- in
+/// (4): ContactInfo::restitution().
+///
 /// Arrays are plain pointers because these functions are called once per stage of every time step: no temporary, no
 /// allocation. q, v, a (accelerations) and w (weights) have n_q entries, unless stated otherwise for w. u has n_u
 /// entries and may be null if n_u is 0; lambda_n has n_c [N]; lambda_t has n_lambda_t [N] and may be null if that is 0.
@@ -184,7 +224,12 @@ class Problem {
   virtual void force(const double* q, const double* v, const double* u, double* f) const = 0;
   virtual void gap(const double* q, double* f_c) const = 0;               ///< f_c: n_c [m], > 0 when open
   virtual void normal_jacobian(const double* q, double* J_n) const = 0;   ///< packed, n_normal_entries
-  virtual void tangent_jacobian(const double* q, double* J_t) const = 0;  ///< packed, n_tangent_entries
+  virtual void tangent_jacobian(const double* q, double* J_t) const = 0;  ///< packed, n_tangent_entries; (9)
+  /// mu: n_c, friction coefficients at q: those of (9) where they vary, else ContactInfo::mu. lambda_t of a contact
+  /// times the former is its friction force. Where one that varies is not positive, its entries of J_t are NaN.
+  virtual void friction_coefficients([[maybe_unused]] const double* q, double* mu) const {
+    for (const ContactInfo& contact : info_.contacts) *mu++ = contact.mu;
+  }
   /// J_n of the contacts whose entry in `chosen` (n_c) is not zero; the other entries may stay unchanged.
   virtual void normal_jacobian_of([[maybe_unused]] const char* chosen, const double* q, double* J_n) const {
     normal_jacobian(q, J_n);
@@ -253,7 +298,8 @@ class Problem {
   /// The control is info().u and varies with its parameters. mu = 0 means no tangents, so that mu changes nothing.
   virtual void parameter_derivative(const double* q, const double* v, const double* a, const double* lambda_n,
                                     const double* lambda_t, double* D) const = 0;
-  /// C: (2 n_q + 2 n_c + 1) x parameters: derivatives of q0, v0, all eps_r, all mu, end_time, in this order.
+  /// C: (2 n_q + 2 n_c + 1) x parameters: derivatives of q0, v0, all eps_r, all mu, end_time, in this order. Those of an
+  /// eps_r that depends on the speed are zero here, see RestitutionOfSpeed.
   virtual void parameter_derivative_of_constants(double* C) const = 0;
 
   // Regions, for formulas that bend or jump.
@@ -283,6 +329,9 @@ class Problem {
   Vector gap(const Vector& q) const;                     ///< n_c [m]
   Matrix normal_jacobian(const Vector& q) const;         ///< n_q x n_c
   Matrix tangent_jacobian(const Vector& q) const;        ///< n_q x n_lambda_t
+  Vector friction_coefficients(const Vector& q) const;   ///< n_c
+  /// Friction forces or impulses of the contacts, n_lambda_t: `lambda_t` at q without (9).
+  Vector friction_forces(const Vector& q, Vector lambda_t) const;
   /// Columns of J, which is J_n or J_t, as the directions of their forces: zero at the clock.
   Matrix force_directions(Matrix J) const;
   Vector gap_acceleration_bias(const Vector& q, const Vector& v) const;  ///< n_c [m/s^2]

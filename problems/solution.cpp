@@ -45,6 +45,34 @@ void fail_where_bound_is_negative(const Problem& problem, double h, Solution& so
   }
 }
 
+void fail_where_friction_is_not_positive(const Problem& problem, Solution& solution) {
+  constexpr double kVanishing = 1e-3;
+  const ProblemInfo& info = problem.info();
+  if (std::ranges::none_of(info.contacts, &ContactInfo::mu_varies)) return;
+  const Vector start = problem.friction_coefficients(info.q0);
+  const auto check = [&](double t, const Vector& q) {
+    const Vector mu = problem.friction_coefficients(q);
+    for (int i = 0; i < info.n_c(); ++i) {
+      const ContactInfo& contact = info.contacts[static_cast<std::size_t>(i)];
+      const double least = solution.succeeded() ? 0 : kVanishing * start[i];
+      if (!contact.mu_varies || !q.allFinite() || mu[i] > least) continue;
+      solution.message += fmt::format("{}mu of contact '{}' is {:.3g} at t = {:.6g} s; a positive value is required",
+                                      solution.message.empty() ? "" : "; ", contact.name, mu[i], t);
+      solution.status = Status::infeasible;
+      solution.reason.contacts = {contact.name};
+      return true;
+    }
+    return false;
+  };
+  for (const Event& event : solution.events) {
+    if (check(event.t, event.q)) return;
+  }
+  for (const Sample& sample : solution.samples) {
+    if (check(sample.t, sample.q)) return;
+  }
+  check(solution.t, solution.q);
+}
+
 const char* to_string(Status status) {
   switch (status) {
     case Status::success:

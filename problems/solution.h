@@ -122,7 +122,7 @@ struct Event {
   Vector v_minus;                      ///< n_q, left limit of v
   Vector v_plus;                       ///< n_q, right limit of v
   Vector Lambda_n;                     ///< n_c [N s], normal impulses; zero unless an impact
-  Vector Lambda_t;                     ///< n_lambda_t [N s], friction impulses, as ContactInfo::tangent_index counts
+  Vector Lambda_t;                     ///< n_lambda_t [N s], friction impulses, by tangent_index; see problem.h (9)
   std::vector<ContactMode> modes;      ///< n_c, of all contacts after the event; empty if the method has no modes
   Vector dt;                           ///< derivatives of t, as Solution::dq
 };
@@ -189,5 +189,10 @@ struct Solution {
 /// events, no time is missed.
 /// @param h  fixed step length of the method: within two steps F may move z, z' < 4 h |F|; 0: it locates events
 void fail_where_bound_is_negative(const Problem& problem, double h, Solution& solution);
+
+/// Ends the `solution`, a run of `problem`, with Status::infeasible if a varying friction coefficient, problem.h (9),
+/// is not positive at an event, a grid point or the end. A run that failed keeps its state; its message says so if the
+/// coefficient is less than a thousandth of that at the start.
+void fail_where_friction_is_not_positive(const Problem& problem, Solution& solution);
 
 }  // namespace ricochet

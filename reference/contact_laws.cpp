@@ -100,7 +100,7 @@ ContactLaws::Decision ContactLaws::impact(const Vector& q, const Vector& v_minus
   Eigen::Index n = 0;
   for (const int i : touching) {
     const auto& contact = problem_.info().contacts[i];
-    if (last.empty() || !last[i]) b[n] *= 1 + contact.eps_r;  // (1)
+    if (last.empty() || !last[i]) b[n] *= 1 + contact.restitution(b[n]);  // (1)
     n += 1 + contact.n_t;
   }
   Decision decision;
@@ -162,7 +162,9 @@ ContactLaws::Decision ContactLaws::stated_law(const Matrix& J, const Matrix& MJ,
                                               const std::vector<int>& touching, const std::vector<char>& last) const {
   ProblemInfo info = problem_.info();
   for (const int i : touching) {
-    if (!last.empty() && last[i] && touching.size() == 1) info.contacts[i].eps_r = 0;
+    if (last.empty() || !last[i] || touching.size() > 1) continue;
+    info.contacts[i].eps_r = 0;
+    info.contacts[i].eps_r_of_speed = nullptr;
   }
   const auto [failure, r] = stated_impulses(info, touching, J.transpose() * MJ, J.transpose() * v_minus);
   Decision decision;

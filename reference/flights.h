@@ -85,7 +85,7 @@ class Flights {
 
   /// Whether (3) holds. @param rate, a  of the gap before the impact
   bool is_last(int i, double rate, double a) {
-    const double eps_r = problem_.info().contacts[i].eps_r, rebound = eps_r * rate;
+    const double eps_r = problem_.info().contacts[i].restitution(rate), rebound = eps_r * rate;
     rebound_[i] = a < 0 ? rebound * rebound / (-2 * a) : 0;
     return eps_r > 0 && eps_r < 1 && a < 0 && rebound_[i] <= flat_[i];
   }

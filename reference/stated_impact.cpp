@@ -22,6 +22,7 @@ double friction_direction(const Matrix& G, double mu, const Vector& w, double w_
 
 /// (1)
 StatedImpulses along_path(const ContactInfo& contact, ImpactHypothesis law, const Matrix& G, Vector w) {
+  const double e = contact.restitution(w[0]);
   Vector r = Vector::Zero(2);
   const double size = std::abs(w[0]) + std::abs(w[1]);
   bool compresses = true;
@@ -60,7 +61,7 @@ StatedImpulses along_path(const ContactInfo& contact, ImpactHypothesis law, cons
     if (!ends_phase) continue;
     w[0] = 0;
     compresses = false;
-    left = law == ImpactHypothesis::routh ? contact.eps_r * r[0] : -contact.eps_r * contact.eps_r * work;
+    left = law == ImpactHypothesis::routh ? e * r[0] : -e * e * work;
     if (left == 0) return {"", r};
   }
   return {"the path of the impact has too many pieces", {}};
@@ -85,7 +86,7 @@ StatedImpulses poisson(const ContactInfo& contact, const Matrix& G, const Vector
   const Vector compression = compressing(G, mu, w);
   if (compression.size() == 0) return {"Poisson's compression has no solution", {}};
   const Vector w_C = w + G * compression;
-  const double p_n = contact.eps_r * compression[0];
+  const double p_n = contact.restitution(w[0]) * compression[0];
   const auto expansion = [&](double p_t) { return (Vector(2) << p_n, p_t).finished(); };
   const double sticking = -(w_C[1] + G(1, 0) * p_n) / G(1, 1);
   Vector p = expansion(std::clamp(sticking, -mu * p_n, mu * p_n));
@@ -210,7 +211,8 @@ StatedImpulses stated_impulses(const ProblemInfo& info, const std::vector<int>& 
                                const Vector& w) {
   const auto law = info.impact_law.hypothesis;
   const ContactInfo& contact = info.contacts[static_cast<std::size_t>(contacts.front())];
-  if (contacts.size() == 1 && contact.n_t == 0) return {"", Vector::Constant(1, -(1 + contact.eps_r) * w[0] / G(0, 0))};
+  if (contacts.size() == 1 && contact.n_t == 0)
+    return {"", Vector::Constant(1, -(1 + contact.restitution(w[0])) * w[0] / G(0, 0))};
   if (law == ImpactHypothesis::lzb) return Springs(info, contacts, G, w).impulses();
   if (contacts.size() > 1)
     return {fmt::format("{} contacts meet, and the impact law {} is that of one", contacts.size(), name_of(law)), {}};

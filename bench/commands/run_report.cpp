@@ -104,7 +104,8 @@ json names(const std::vector<ContactMode>& modes) {
   return list;
 }
 
-ordered_json event_json(const Event& event, const ProblemInfo& info) {
+ordered_json event_json(const Event& event, const Problem& problem) {
+  const ProblemInfo& info = problem.info();
   const int n = info.n_mechanical();
   return {{"t", event.t},
           {"kind", to_string(event.kind)},
@@ -114,7 +115,7 @@ ordered_json event_json(const Event& event, const ProblemInfo& info) {
           {"v_minus", Vector(event.v_minus.head(n))},
           {"v_plus", Vector(event.v_plus.head(n))},
           {"Lambda_n", event.Lambda_n},
-          {"Lambda_t", event.Lambda_t},
+          {"Lambda_t", problem.friction_forces(event.q, event.Lambda_t)},
           {"modes", names(event.modes)}};
 }
 
@@ -279,7 +280,7 @@ ordered_json run_json(const RunReport& report) {
   const ProblemInfo& info = report.problem.info();
   const auto before = report.problem.energy(info.q0, info.v0), after = report.problem.energy(solution.q, solution.v);
   ordered_json events = ordered_json::array();
-  for (const Event& event : solution.events) events.push_back(event_json(event, info));
+  for (const Event& event : solution.events) events.push_back(event_json(event, report.problem));
   const auto& reference = report.reference;
   return {{"program", version_text()},
           {"problem", problem_json(info)},

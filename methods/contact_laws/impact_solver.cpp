@@ -45,6 +45,7 @@ ImpactSolver::ImpactSolver(const Problem& problem, const FrictionPolygon& polygo
   for (const auto& contact : info.contacts)
     has_turning_friction_ = has_turning_friction_ || (contact.n_t > 0 && !contact.is_affine);
   if (has_turning_friction_) T_.resize(info.n_lambda_t, n_q);
+  eps_r_.setZero(n_c);
   b_.resize(n);
   r_.resize(n);
 }
@@ -153,7 +154,7 @@ void ImpactSolver::push(Eigen::Ref<Vector> motion, Eigen::Ref<Vector> normal) co
 /// @param row  of that contact in b_
 double ImpactSolver::residual(int k, int row, int d, const Eigen::Ref<const Vector>& v) const {
   const int i = contacts_of_island_[k];
-  const double e = problem_.info().contacts[i].eps_r;
+  const double e = eps_r_[i];
   return operator_.dot(i, d, v) + (d == 0 ? e / (1 + e) * b_[row] : 0);  // b_n = (1 + e) J_n' v-
 }
 
@@ -225,7 +226,8 @@ LcpStatus ImpactSolver::impact(std::span<const int> together, std::span<const in
       size = std::max({size, scales_.approach(i), scales_.slip(i)});
       for (int d = 0; d <= contact.n_t; ++d) {
         const double rate = operator_.dot(i, d, v);
-        b_[row++] = d == 0 ? (1 + contact.eps_r) * rate : rate;
+        if (d == 0) eps_r_[i] = contact.restitution(rate);
+        b_[row++] = d == 0 ? (1 + eps_r_[i]) * rate : rate;
       }
     }
     const bool is_newton = problem_.info().impact_law.hypothesis == ImpactHypothesis::newton;

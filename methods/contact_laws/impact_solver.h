@@ -137,6 +137,7 @@ class ImpactSolver {
   MassInverse mass_inverse_;
   ContactOperator operator_;
   Vector f_, w_, size_, bias_, load_size_, b_, r_;
+  Vector eps_r_;  // n_c, of the impact at hand
   Matrix T_;
   bool has_turning_friction_ = false;  // some tangents depend on q
 

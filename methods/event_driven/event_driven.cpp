@@ -81,6 +81,7 @@ class EventDriven final : public Method {
             .is_adaptive = true,
             .has_sensitivities = has_sensitivities,
             .impact_laws = all_impact_hypotheses(),
+            .has_restitution_of_speed = true,
             .has_regions = true,
             .is_allocation_free = true};
   }

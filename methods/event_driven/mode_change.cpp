@@ -37,10 +37,10 @@ ModeChange::ModeChange(const Problem& problem, ContactScales& scales, ModeDynami
 
 /// (1)
 bool ModeChange::is_low(int contact, const Vector& q, const Vector& v_minus) {
-  const double eps_r = info_.contacts[contact].eps_r;
+  const double rate = law_.normal_velocity(contact, v_minus), eps_r = info_.contacts[contact].restitution(rate);
   if (!(eps_r > 0 && eps_r < 1)) return false;
   const double a = free_gap_acceleration(contact, q, v_minus);
-  const double rebound = eps_r * law_.normal_velocity(contact, v_minus);
+  const double rebound = eps_r * rate;
   return a < 0 && rebound * rebound <= -2 * a * kLow * scales_.nearly_touching(contact);
 }
 

@@ -12,7 +12,9 @@ namespace {
 using nlohmann::json;
 
 constexpr double kTimeRounding = 1e-9;  // of the end time, that a client's last time may be beyond it
-const std::set<std::string> kFeatures = {"friction_2d", "friction_3d", "friction_elements", "bilateral", "time"};
+const std::set<std::string> kFeatures = {
+    "friction_2d", "friction_3d", "friction_elements", "friction_of_place", "restitution_of_speed",
+    "bilateral",   "time"};
 
 template <class Value>
 Value field(const json& object, const std::string& place, const char* name, const char* required) {

@@ -34,7 +34,8 @@ class External final : public Method {
             .source = greeting.source,
             .order_smooth = greeting.order_smooth,
             .order_impacts = greeting.order_impacts,
-            .is_adaptive = greeting.is_adaptive};
+            .is_adaptive = greeting.is_adaptive,
+            .has_restitution_of_speed = greeting.features.contains("restitution_of_speed")};
   }
 
   Support supports(const ProblemInfo& problem) const override {
@@ -49,6 +50,8 @@ class External final : public Method {
     if (lacks(problem.has_bilateral(), "bilateral")) return Support::no("its program has no bilateral constraints");
     if (lacks(problem.n_friction_elements > 0, "friction_elements"))
       return Support::no("its program has no friction elements");
+    if (lacks(std::ranges::any_of(problem.contacts, &ContactInfo::mu_varies), "friction_of_place"))
+      return Support::no("its program has no friction coefficients that depend on the place");
     if (lacks(problem.clock >= 0, "time"))
       return Support::no("its program has no forces or contacts that depend on time");
     return Support::yes();

@@ -17,7 +17,7 @@ struct ClientGreeting {
   std::string title, source;
   double order_smooth = 0, order_impacts = 0;
   bool is_adaptive = false;
-  std::set<std::string> features;  ///< what scenes may have: "friction_2d", "friction_3d", "bilateral", "time"
+  std::set<std::string> features;  ///< what scenes may have: "friction_2d", "friction_3d", "bilateral", "time", ...
 };
 
 /// The line protocol of README.md with one client. For many threads, whose requests are served in turn.

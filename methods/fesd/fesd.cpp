@@ -40,6 +40,7 @@ class Fesd final : public Method {
             .has_sensitivities = true,
             .is_audited = true,
             .impact_laws = all_impact_hypotheses(),
+            .has_restitution_of_speed = true,
             .has_regions = true,
             .is_allocation_free = true};
   }

@@ -500,7 +500,8 @@ void FesdAudit::add_impulses(const View& at) {
   }
   for (const int i : problem_.info().unilateral) {
     const double gap = at.left_gaps[i], L = gap_size_[i], size = impulse_size(at, i);
-    const double eps_r = at.obeys_newton ? problem_.info().contacts[i].eps_r : 0;
+    const double rate = at.J_n.col(i).dot(at.v_minus);
+    const double eps_r = at.obeys_newton ? problem_.info().contacts[i].restitution(rate) : 0;
     const double separation = at.J_n.col(i).dot(e.v0 + eps_r * at.v_minus);
     report(FesdCondition::impulse_sign, std::min(at.Lambda_n[i], 0.0), size, i);
     report(FesdCondition::impulse_gap, at.Lambda_n[i] * gap, size * L, i);

@@ -38,7 +38,8 @@ unsigned elastic_bounces(const Alternatives& alternatives, const ProblemInfo& in
   unsigned set = 0;
   for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxAlternatives); ++k) {
     const auto& alternative = alternatives[k];
-    if (alternative.bounced() && alternative.is_struck && info.contacts[alternative.contact].eps_r >= 1) set |= 1U << k;
+    if (alternative.bounced() && alternative.is_struck && info.contacts[alternative.contact].is_elastic())
+      set |= 1U << k;
   }
   return set;
 }

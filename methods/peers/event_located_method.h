@@ -19,6 +19,7 @@ class EventLocatedMethod : public Method {
   EventLocatedMethod(MethodInfo info, reference::MakeIntegrator integrator)
       : info_(std::move(info)), integrator_(std::move(integrator)) {
     info_.impact_laws = all_impact_hypotheses();
+    info_.has_restitution_of_speed = true;
     info_.keeps_samples = false;
     info_.ends_runs = true;
   }

@@ -43,6 +43,7 @@ class D1Minus final : public TimeSteppingMethod {
             .order_impacts = 1,
             .is_adaptive = false,
             .is_audited = true,
+            .has_restitution_of_speed = true,
             .is_allocation_free = true};
   }
 
@@ -106,7 +107,7 @@ Solution D1Minus::do_solve(const Problem& problem, const Settings& settings) con
     if (!run.has_contact_problem()) return true;
     if (!run.prepare_contacts(q, free.W)) return false;
     shift.setZero();
-    for (const int i : run.active) shift[i] = info.contacts[i].eps_r * run.impact_velocity(i);
+    for (const int i : run.active) shift[i] = run.rebound(i);
     return run.solve_contacts(v_plus, shift, {});  // (6), (7)
   });
 }

@@ -45,6 +45,7 @@ class EventCapturing final : public TimeSteppingMethod {
             .order_impacts = order,
             .is_adaptive = false,
             .is_audited = true,
+            .has_restitution_of_speed = true,
             .is_allocation_free = true};
   }
 

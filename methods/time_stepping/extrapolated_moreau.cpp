@@ -58,6 +58,7 @@ class ExtrapolatedMoreau final : public TimeSteppingMethod {
             .order_impacts = 1,
             .is_adaptive = true,
             .is_audited = true,
+            .has_restitution_of_speed = true,
             .is_allocation_free = true};
   }
 

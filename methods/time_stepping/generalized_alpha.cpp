@@ -59,6 +59,7 @@ class GeneralizedAlpha final : public TimeSteppingMethod {
             .order_impacts = 1,
             .is_adaptive = false,
             .is_audited = true,
+            .has_restitution_of_speed = true,
             .is_allocation_free = true};
   }
 
@@ -147,7 +148,7 @@ Solution GeneralizedAlpha::do_solve(const Problem& problem, const Settings& sett
     if (has_contacts) {
       run.contacts.set_position(q_star);
       if (!info.structure.constant_mass) problem.mass_matrix(q_star.data(), M_contact.data());
-      for (const int i : run.active) shift[i] = info.contacts[i].eps_r * run.impact_velocity(i);
+      for (const int i : run.active) shift[i] = run.rebound(i);
     }
     a_last = a;
     d_last = d;

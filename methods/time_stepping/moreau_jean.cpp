@@ -59,6 +59,7 @@ class MoreauJean final : public TimeSteppingMethod {
             .order_impacts = 1,
             .is_adaptive = false,
             .is_audited = true,
+            .has_restitution_of_speed = true,
             .is_allocation_free = !projects_};  // a projection makes a contact problem of its own
   }
 
@@ -104,7 +105,7 @@ Solution MoreauJean::do_solve(const Problem& problem, const Settings& settings) 
   const auto solve_contacts = [&](Vector& v_plus) {
     if (!run.has_contact_problem()) return true;
     if (!run.prepare_contacts(q_m, W)) return false;
-    for (const int i : run.active) shift[i] = info.contacts[i].eps_r * run.impact_velocity(i);
+    for (const int i : run.active) shift[i] = run.rebound(i);
     run.contacts.bilateral_velocities(v, shift);
     for (const int i : info.bilateral) shift[i] *= (1 - theta_) / theta_;  // (5b)
     return run.solve_contacts(v_plus, shift, {});

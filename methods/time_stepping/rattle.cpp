@@ -55,6 +55,7 @@ class Rattle final : public TimeSteppingMethod {
             .order_impacts = 1,
             .is_adaptive = false,
             .is_audited = true,
+            .has_restitution_of_speed = true,
             .is_allocation_free = true};
   }
 
@@ -188,7 +189,7 @@ class RattleStep {
     if (!run_.prepare_contacts(q_next_, W_)) return false;
     run_.contacts.add_impulses(-1, P_n_, P_t_, v_plus, run_.Lambda_n);
     shift_.setZero();
-    for (const int i : run_.active) shift_[i] = info_.contacts[i].eps_r * run_.impact_velocity(i);
+    for (const int i : run_.active) shift_[i] = run_.rebound(i);
     v_last_ = v_plus;
     P_n_ = run_.Lambda_n;
     if (!run_.solve_contacts(v_plus, shift_, {})) return false;

@@ -171,7 +171,7 @@ class SoftStepRun {
   /// (6)
   void restore(Vector& v) {
     for (const int i : contacts_.list()) {
-      const double eps_r = info_.contacts[i].eps_r;
+      const double eps_r = info_.contacts[i].restitution(approach_[i]);
       if (eps_r == 0 || approach_[i] > -options_.threshold || total_[i] == 0) continue;
       const double before = lambda_n_[i];
       set_normal(i, before - contacts_.mass(i) * (contacts_.normal_velocity(i, v) + eps_r * approach_[i]), v);
@@ -212,6 +212,7 @@ class SoftStep final : public Method {
             .order_smooth = 1,
             .order_impacts = 1,
             .is_adaptive = false,
+            .has_restitution_of_speed = true,
             .is_allocation_free = true};
   }
 

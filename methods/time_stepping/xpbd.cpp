@@ -137,7 +137,7 @@ class XpbdRun {
         run_.Lambda_t[law.tangent_index + d] += lambda_t_[law.tangent_index + d] / h_ + impulse[d];
     }
     const double before = contacts_.normal_velocity(i, v_free_), by_force = contacts_.normal_velocity(i, change_);
-    const double eps_r = std::abs(before) <= 2 * std::abs(by_force) ? 0 : law.eps_r;
+    const double eps_r = std::abs(before) <= 2 * std::abs(by_force) ? 0 : law.restitution(before);
     const double wanted = std::max(0.0, -eps_r * before), pushed = lambda_n_[i] / h_;
     const double impulse = std::max(-pushed, contacts_.mass(i) * (wanted - contacts_.normal_velocity(i, v)));
     contacts_.push(i, impulse, v);
@@ -169,6 +169,7 @@ class Xpbd final : public Method {
             .order_smooth = 1,
             .order_impacts = 1,
             .is_adaptive = false,
+            .has_restitution_of_speed = true,
             .is_allocation_free = true};
   }
 

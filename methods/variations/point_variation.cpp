@@ -197,12 +197,12 @@ void PointVariation::through_impulse(const Numbering& acts, const Impulse& impul
   for (std::size_t k = 0; k < acts.contacts.size(); ++k) {
     const auto& [i, row] = acts.contacts[k];
     const auto& info = problem_.info().contacts[i];
-    const double eps_r = restitutes ? info.eps_r : 0;
-    rows.q.row(row) = varied_.gap_curvature(i, q, v + eps_r * v_minus);  // (2)
+    const double rate = J_n.col(i).dot(v_minus), e = restitutes ? info.restitution_slope(rate) : 0;
+    rows.q.row(row) = varied_.gap_curvature(i, q, v + e * v_minus);  // (2)
     rows.v.row(row) = J_n.col(i).transpose();
     rows.theta.row(row) =
-        after.row(varied_.rate_row(i)) + eps_r * before.row(varied_.rate_row(i)) + eps_r * J_n.col(i).transpose() * dv;
-    if (restitutes) rows.theta.row(row) += varied_.deps_r().row(i).leftCols(columns) * J_n.col(i).dot(v_minus);
+        after.row(varied_.rate_row(i)) + e * before.row(varied_.rate_row(i)) + e * J_n.col(i).transpose() * dv;
+    if (restitutes) rows.theta.row(row) += varied_.deps_r(i, rate).leftCols(columns) * rate;
     if (info.n_t > 0) add_friction(i, laws[k], q, v, Lambda_n[i], after, row, row + 1, rows);  // (5)
   }
   rows.x.leftCols(n_q_) += rows.v;  // v+ is an unknown here
@@ -235,9 +235,11 @@ Matrix PointVariation::bias_derivative(const Motion& at, double h, const Matrix&
   const int n = info.n_mechanical();
   const double speed = max_abs(at.v.head(n)), q_size = max_abs(at.q.head(n)) + h * speed,
                v_size = speed + h * max_abs(at.a);
+  // A motion at rest at q = 0 has no size of its own: one unit is taken.
+  const auto relative = [](double x, double of) { return of > 0 ? x / of : x; };
   const auto step_along = [&](const Vector& q, const Vector& v) {
     const double dt = info.clock < 0 ? 0 : std::abs(q[info.clock]) / h;
-    const double size = std::max({max_abs(q.head(n)) / q_size, max_abs(v) / v_size, dt});
+    const double size = std::max({relative(max_abs(q.head(n)), q_size), relative(max_abs(v), v_size), dt});
     return size > 0 ? kFourthOrderStep / size : kFourthOrderStep;
   };
   Matrix bias(n_c_ + n_t_, dq.cols());

@@ -13,6 +13,7 @@ namespace ricochet {
 ///
 ///   d[ M (v+ - v-) - J_n Lambda_n - J_t Lambda_t ] = 0                                  (1)
 ///   d[ J_n^i' (v+ + eps_r^i v-) ] = 0,   Lambda_n^i > 0 or i bilateral                  (2)
+///   with d(eps_r r) = (eps_r - r eps_r'(-r)) dr + r d_theta eps_r where eps_r(-r) depends on r = J_n' v-
 ///
 /// The motion, with the contacts that are closed held by their gaps twice differentiated:
 ///

@@ -75,6 +75,14 @@ Matrix VariedProblem::rows(const Vector& q, const Vector& v, const Vector& a, co
   return D * parameters_;
 }
 
+Eigen::RowVectorXd VariedProblem::deps_r(int contact, double rate) const {
+  const auto& of_speed = info().contacts[contact].eps_r_of_speed;
+  if (!of_speed) return deps_r_.row(contact);
+  Eigen::RowVectorXd d = Eigen::RowVectorXd::Zero(parameters_.rows());
+  if (rate < 0) of_speed->parameter_derivative(-rate, d.data());
+  return d * parameters_;
+}
+
 Eigen::RowVectorXd VariedProblem::gap_curvature(int contact, const Vector& q, const Vector& v) const {
   const Vector weight = Vector::Unit(info().n_c(), contact);
   Matrix H(info().n_q, info().n_q);

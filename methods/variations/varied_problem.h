@@ -28,8 +28,9 @@ class VariedProblem {
   const Matrix& dq0() const { return dq0_; }            ///< n_q x n_theta
   const Matrix& dv0() const { return dv0_; }            ///< n_q x n_theta
   const Vector& dt_final() const { return dt_final_; }  ///< n_theta, of end_time
-  const Matrix& deps_r() const { return deps_r_; }      ///< n_c x (n_theta + 1)
-  const Matrix& dmu() const { return dmu_; }            ///< n_c x (n_theta + 1)
+  /// n_theta + 1, of eps_r of a contact at the normal velocity `rate` before an impact.
+  Eigen::RowVectorXd deps_r(int contact, double rate) const;
+  const Matrix& dmu() const { return dmu_; }  ///< n_c x (n_theta + 1)
 
   /// (n_q + 2 n_c + n_lambda_t) x (n_theta + 1), one below the other the derivatives with respect to theta alone of
   /// M a - f_v - B_u u - J_n lambda_n - J_t lambda_t, of f_c, of J_n' v and of J_t' v.

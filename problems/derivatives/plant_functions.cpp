@@ -48,6 +48,11 @@ const SymbolicModel& model_of(const Problem& problem) {
   const SymbolicProblem* symbolic = problem.symbolic();
   if (!symbolic)
     throw InputError("problem", problem.info().id, "a problem with formulas is required: a scene or a scene file");
+  for (const auto& contact : symbolic->equations().contacts) {
+    if (contact.eps_r.has(symbolic->equations().v_n))
+      throw InputError(fmt::format("contact '{}': e", contact.name), "a formula of vn",
+                       "equations of a mathematical program require a coefficient that does not depend on vn");
+  }
   return symbolic->equations();
 }
 

@@ -3,10 +3,13 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "problems/derivatives/friction_elements.h"
 #include "problems/derivatives/real_functions.h"
+#include "problems/derivatives/restitution_formula.h"
+#include "problems/derivatives/varying_friction.h"
 #include "problems/input_error.h"
 #include "problems/join.h"
 #include "problems/regions/switching_functions.h"
@@ -117,7 +120,8 @@ SymbolicModel normalized(SymbolicModel model) {
   make_real(model.end_time);
   for (auto& contact : model.contacts) {
     for (ex* expression : {&contact.gap, &contact.eps_r, &contact.mu}) make_real(*expression);
-    if (model.number(contact.mu) != 0) continue;
+    contact.mu_varies = contact.mu_varies || depends_on(contact.mu, model.q) || contact.mu.has(model.t);
+    if (contact.mu_varies || model.number(contact.mu) != 0) continue;
     contact.tangents.clear();
     contact.drives.clear();
   }
@@ -159,7 +163,8 @@ const GiNaC::ex* SymbolicModel::exact_value(const ParameterInfo& parameter) cons
 }
 
 SymbolicProblem::SymbolicProblem(SymbolicModel model)
-    : stated_(normalized(std::move(model))), model_(with_friction_coordinates(with_jumps_as_friction(stated_))) {
+    : stated_(normalized(std::move(model))),
+      model_(with_friction_coordinates(with_jumps_as_friction(with_varying_friction(stated_)))) {
   info_.n_friction_elements = static_cast<int>(model_.frictions.size());
   if (add_clock(model_)) info_.clock = static_cast<int>(model_.q.size()) - 1;
   const int n_q = static_cast<int>(model_.q.size());
@@ -255,6 +260,9 @@ void SymbolicProblem::make_programs(const std::vector<StraightLineProgram::Const
   gap_ = SparseProgram(gaps, {model_.q}, constants);
   normal_ = SparseProgram(normals, {model_.q}, constants);
   tangent_ = SparseProgram(tangents, {model_.q}, constants);
+  Expressions coefficients;
+  for (const int i : varying_) coefficients.push_back(stated_.contacts[static_cast<std::size_t>(i)].mu);
+  varying_mu_ = SparseProgram(coefficients, {model_.q}, constants);
   potential_ = SparseProgram({model_.potential_energy.value_or(0)}, {model_.q}, constants);
 
   // First derivatives.
@@ -301,7 +309,7 @@ void SymbolicProblem::open_parameters() {
   make_programs(constants);
   describe_structure();
   Expressions numbers = join<ex>({model_.q0, model_.v0, model_.control, {model_.end_time}});
-  for (const auto& contact : model_.contacts) numbers.push_back(contact.eps_r);
+  for (const auto& contact : model_.contacts) numbers.push_back(eps_r_of(contact));
   for (const auto& contact : model_.contacts) numbers.push_back(contact.mu);
   if (model_.geometry) model_.geometry->for_each_number([&](const ex& number) { numbers.push_back(number); });
   GiNaC::exmap start{{model_.t, 0}};
@@ -326,9 +334,9 @@ bool SymbolicProblem::set_parameters(std::span<const double> values) {
   const std::span bounds(number_values_.end() - info_.n_friction_elements, number_values_.end());
   if (std::ranges::any_of(bounds, [](double F) { return !(F > 0); }))
     return false;  // of jumps that are no friction then
-  for (SparseProgram* program :
-       {&mass_, &force_, &gap_, &normal_, &tangent_, &potential_, &force_jacobian_, &mass_q_, &contact_q_, &gap_bias_,
-        &slip_q_, &switching_, &switching_derivative_, &dynamics_hessian_, &gap_hessian_, &parameter_derivative_}) {
+  for (SparseProgram* program : {&mass_, &force_, &gap_, &normal_, &tangent_, &varying_mu_, &potential_,
+                                 &force_jacobian_, &mass_q_, &contact_q_, &gap_bias_, &slip_q_, &switching_,
+                                 &switching_derivative_, &dynamics_hessian_, &gap_hessian_, &parameter_derivative_}) {
     program->set_constants(values);
   }
   const double* next = number_values_.data();
@@ -343,6 +351,12 @@ bool SymbolicProblem::set_parameters(std::span<const double> values) {
   info_.end_time = *next++;
   for (auto& contact : info_.contacts) contact.eps_r = *next++;
   for (auto& contact : info_.contacts) contact.mu = *next++;
+  for (std::size_t i = 0; i < n_c; ++i) {
+    ContactInfo& contact = info_.contacts[i];
+    if (const auto* formula = dynamic_cast<const RestitutionFormula*>(contact.eps_r_of_speed.get()))
+      contact.eps_r_of_speed = formula->with_parameters(values);
+    if (contact.bound) contact.bound = bounds[i + bounds.size() - n_c];
+  }
   if (info_.geometry) {
     auto geometry = std::make_shared<Geometry>(*info_.geometry);
     geometry->for_each_number([&](double& number) { number = *next++; });
@@ -360,8 +374,15 @@ void SymbolicProblem::describe_contacts() {
     described.name = contact.name;
     described.is_bilateral = contact.is_bilateral;
     described.is_friction_element = contact.is_friction_element;
-    described.eps_r = model_.number(contact.eps_r);
+    if (contact.is_friction_element) {
+      const auto n_stated = model_.contacts.size() - model_.frictions.size();
+      described.bound = constant_bound(model_.frictions[info_.contacts.size() - n_stated]);
+    }
+    described.eps_r = model_.number(eps_r_of(contact));
+    if (contact.eps_r.has(model_.v_n)) described.eps_r_of_speed = std::make_shared<RestitutionFormula>(model_, contact);
     described.mu = model_.number(contact.mu);
+    described.mu_varies = contact.mu_varies;
+    if (contact.mu_varies) varying_.push_back(info_.n_c());
     described.n_t = static_cast<int>(contact.tangents.size());
     if (described.mu > 0 && contact.tangents.empty() && !contact.is_bilateral) {
       throw InputError(fmt::format("contact '{}': mu", contact.name), described.mu,
@@ -401,6 +422,18 @@ void SymbolicProblem::describe_contacts() {
   }
 }
 
+/// The bound of an element as a number; null if it depends on the motion.
+std::optional<double> SymbolicProblem::constant_bound(const SymbolicModel::FrictionElement& element) const {
+  if (depends_on(element.bound, model_.q) || depends_on(element.bound, model_.v) || element.bound.has(model_.t))
+    return std::nullopt;
+  return model_.number(element.bound);
+}
+
+/// The coefficient of restitution as a formula of the parameters, with ContactInfo::kVaries if it depends on the speed.
+ex SymbolicProblem::eps_r_of(const SymbolicModel::Contact& contact) const {
+  return contact.eps_r.has(model_.v_n) ? ex(ContactInfo::kVaries) : contact.eps_r;
+}
+
 /// weight' (J_n lambda_n + J_t lambda_t), without the clock
 ex SymbolicProblem::contact_force_work(const std::vector<symbol>& weight) const {
   ex work = 0;
@@ -435,6 +468,22 @@ void SymbolicProblem::normal_jacobian(const double* q, double* J_n) const {
 
 void SymbolicProblem::tangent_jacobian(const double* q, double* J_t) const {
   tangent_.evaluate({q}, J_t);
+  if (varying_.empty()) return;
+  thread_local std::vector<double> mu;
+  mu.resize(varying_.size());
+  varying_mu_.evaluate({q}, mu.data());
+  for (std::size_t k = 0; k < varying_.size(); ++k) {
+    const ContactInfo& contact = info_.contacts[static_cast<std::size_t>(varying_[k])];
+    if (!(mu[k] > 0)) std::fill_n(J_t + contact.tangent_begin, contact.support.size() * contact.n_t, std::nan(""));
+  }
+}
+
+void SymbolicProblem::friction_coefficients(const double* q, double* mu) const {
+  Problem::friction_coefficients(q, mu);
+  if (varying_.empty()) return;
+  std::vector<double> varying(varying_.size());
+  varying_mu_.evaluate({q}, varying.data());
+  for (std::size_t k = 0; k < varying_.size(); ++k) mu[varying_[k]] = varying[k];
 }
 
 void SymbolicProblem::mass_bounds(const Interval* q, Interval* M) const {
@@ -592,7 +641,7 @@ void SymbolicProblem::parameter_derivative_of_constants(double* C) const {
   for (const auto& p : model_.parameter_symbols) {
     for (const auto& value : model_.q0) *C++ = model_.number(value.diff(p));
     for (const auto& value : model_.v0) *C++ = model_.number(value.diff(p));
-    for (const auto& contact : model_.contacts) *C++ = model_.number(contact.eps_r.diff(p));
+    for (const auto& contact : model_.contacts) *C++ = model_.number(eps_r_of(contact).diff(p));
     for (const auto& contact : model_.contacts) *C++ = model_.number(contact.mu.diff(p));
     *C++ = model_.number(model_.end_time.diff(p));
   }

@@ -31,10 +31,11 @@ struct SymbolicModel {
     std::vector<Expressions> tangents;  ///< directions, each with n_q entries; empty without friction
     Expressions drives;                 ///< dv_t/d(v_clock), one per direction: contribution of a moving surface to
                                         ///< J_t' v; empty if there is none
-    GiNaC::ex eps_r = 0;                ///< restitution coefficient, in terms of the parameters only
-    GiNaC::ex mu = 0;                   ///< friction coefficient, in terms of the parameters only
+    GiNaC::ex eps_r = 0;                ///< restitution coefficient, in terms of the parameters and of `v_n`
+    GiNaC::ex mu = 0;                   ///< friction coefficient, in terms of the parameters, q and t
     bool is_bilateral = false;          ///< a constraint gap = 0
     bool is_friction_element = false;   ///< of `frictions`, see friction_elements.h; never stated as a contact
+    bool mu_varies = false;             ///< mu depends on q or t, maybe in other regions only; set by normalized()
   };
 
   /// Friction without a normal contact (friction_elements.h), with formulas of q, the parameters and t.
@@ -55,7 +56,8 @@ struct SymbolicModel {
   std::vector<GiNaC::symbol> q;                   ///< n_q coordinates
   std::vector<GiNaC::symbol> v;                   ///< n_q velocities
   std::vector<GiNaC::symbol> u;                   ///< n_u controls
-  GiNaC::symbol t{"t"};  ///< time; may occur in force, input, control, gaps, tangents and drives
+  GiNaC::symbol t{"t"};     ///< time; may occur in force, input, control, gaps, tangents, drives and mu
+  GiNaC::symbol v_n{"vn"};  ///< approach speed -J_n' v- of an impact [m/s]; may occur in eps_r
 
   std::vector<Expressions> mass;              ///< n_q rows of n_q entries
   Expressions force;                          ///< f_v(q, v), n_q entries
@@ -111,6 +113,7 @@ class SymbolicProblem : public Problem {
   void gap(const double* q, double* f_c) const override;
   void normal_jacobian(const double* q, double* J_n) const override;
   void tangent_jacobian(const double* q, double* J_t) const override;
+  void friction_coefficients(const double* q, double* mu) const override;
   double potential_energy(const double* q) const override;
 
   void mass_bounds(const Interval* q, Interval* M) const override;
@@ -174,6 +177,8 @@ class SymbolicProblem : public Problem {
   void make_programs(const std::vector<StraightLineProgram::Constant>& constants);
   void describe_contacts();
   void describe_structure();
+  std::optional<double> constant_bound(const SymbolicModel::FrictionElement& element) const;
+  GiNaC::ex eps_r_of(const SymbolicModel::Contact& contact) const;
   GiNaC::ex contact_force_work(const std::vector<GiNaC::symbol>& weight) const;
 
   SymbolicModel stated_, model_;
@@ -181,6 +186,8 @@ class SymbolicProblem : public Problem {
   std::vector<GiNaC::symbol> a_, w_, w_c_, lambda_n_, lambda_t_;
 
   SparseProgram mass_, force_, gap_, normal_, tangent_, potential_;
+  SparseProgram varying_mu_;  ///< of Problem (9), in the order of varying_
+  std::vector<int> varying_;  ///< contacts whose mu varies
   SparseProgram force_jacobian_, mass_q_, contact_q_, gap_bias_, slip_q_;
   SparseProgram switching_, switching_derivative_;
   std::shared_ptr<const SwitchedModel> switched_;  ///< null without switching functions

@@ -24,6 +24,7 @@ void for_each_formula(SymbolicModel& model, const auto& visit) {
     visit(contact.gap);
     for (auto& direction : contact.tangents) std::ranges::for_each(direction, visit);
     std::ranges::for_each(contact.drives, visit);
+    visit(contact.mu);
   }
   for (auto& element : model.frictions) {
     visit(element.bound);

@@ -165,6 +165,8 @@ class SceneReader {
     of_time_ = constants_;
     in_q_and_time_ = in_q_;
     for (auto* names : {&of_time_, &in_q_and_time_}) names->scalars["t"] = model_.t;
+    of_speed_ = constants_;
+    of_speed_.scalars.try_emplace("vn", model_.v_n);  // a parameter may have this name
     in_state_ = in_q_and_time_;
     in_state_.vectors["v"] = model_.v;
     return n_q;
@@ -196,9 +198,9 @@ class SceneReader {
     if (field.has("e") && field.has("eps_r"))
       throw InputError(field.at("eps_r").name(), field.at("eps_r").text(), "e is also given and means the same");
     for (const char* name : {"e", "eps_r"}) {
-      if (field.has(name)) contact.eps_r = field.at(name).expression(constants_);
+      if (field.has(name)) contact.eps_r = field.at(name).expression(of_speed_);
     }
-    if (field.has("mu")) contact.mu = field.at("mu").expression(constants_);
+    if (field.has("mu")) contact.mu = field.at("mu").expression(in_q_and_time_);
     if (field.has("Jt")) contact.tangents = directions_of(field.at("Jt"), n_q);
     if (field.has("vt_drive"))
       contact.drives = field.at("vt_drive").expressions(contact.tangents.size(), in_q_and_time_);
@@ -335,7 +337,7 @@ class SceneReader {
   const ParameterChanges& changes_;
   SymbolicModel model_;
   std::map<std::string, std::string> contact_names_;  ///< with their places in the file
-  ExpressionNames constants_, of_time_, in_q_, in_q_and_time_, in_state_;
+  ExpressionNames constants_, of_time_, of_speed_, in_q_, in_q_and_time_, in_state_;
 };
 
 /// The scene of `FILE` or `FILE#id`, with the object around it, which may contain id and title.

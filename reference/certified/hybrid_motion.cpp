@@ -64,6 +64,8 @@ HybridMotion::HybridMotion(SceneFormulas formulas, SeriesProgram& program, const
   result_.grade = Grade::proven;
   if (options.with_steps) taylor_.leave_room(kRemainderRoom);
   if (!scene_.borders.empty()) result_.no_certificate = "a formula bends or jumps";
+  if (std::ranges::any_of(scene_.contacts, &ContactFormulas::mu_varies))
+    result_.no_certificate = "a friction coefficient depends on the place or the time";
 }
 
 void HybridMotion::assume(const std::string& what) {

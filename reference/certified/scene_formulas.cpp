@@ -18,7 +18,8 @@ namespace ricochet::reference::certified {
 struct RegionFormulas {
   struct Contact {
     GiNaC::ex gap;
-    std::vector<GiNaC::ex> directions;  ///< tangents and drives
+    std::vector<GiNaC::ex> directions;  ///< tangents and drives, without a mu that varies
+    GiNaC::ex mu;                       ///< where it varies, positive: it changes no sign of slip; else 1
   };
   std::vector<GiNaC::ex> mass;
   std::vector<Contact> contacts;
@@ -412,15 +413,27 @@ class SceneTranslation {
     }
   }
 
+  /// An entry of a direction or a drive with (2) of problems/derivatives/varying_friction.h. The square of a root has no
+  /// value where mu is not positive, so that nothing is proven there.
+  Node scaled(const SymbolicModel::Contact& stated, Node entry) {
+    if (!stated.mu_varies) return entry;
+    const Node root = program_.sqrt(node(stated.mu));
+    return program_.mul(program_.mul(root, root), entry);
+  }
+
   void read_contact(const SymbolicModel::Contact& stated) {
     ContactFormulas contact;
     contact.name = stated.name;
     contact.is_bilateral = stated.is_bilateral;
     contact.is_friction_element = stated.is_friction_element;
+    contact.mu_varies = stated.mu_varies;
+    if (stated.eps_r.has(model_.v_n))
+      throw Unsupported(fmt::format("the restitution of '{}' depends on the approach speed", stated.name));
+    const ex mu = stated.mu_varies ? ex(1) : stated.mu;
     contact.eps_r = number(stated.eps_r);
-    contact.mu = number(stated.mu);
+    contact.mu = number(mu);
     contact.eps_r_formula = node(stated.eps_r);
-    contact.mu_formula = node(stated.mu);
+    contact.mu_formula = node(mu);
     const ex gap = exact(stated.gap);
     contact.gap = translate_(gap);
     ex v_n = gap.diff(model_.t);
@@ -437,12 +450,13 @@ class SceneTranslation {
     for (std::size_t d = 0; !contact.mu.is_zero() && d < stated.tangents.size(); ++d) {
       ex v_t = stated.drives.empty() ? ex(0) : exact(stated.drives[d]);
       std::vector<Node> direction;
-      Node slip = translate_(v_t);
+      Node slip = scaled(stated, translate_(v_t));
       for (std::size_t k = 0; k < model_.q.size(); ++k) {
         const ex entry = exact(stated.tangents[d][k]);
-        direction.push_back(translate_(entry));
+        direction.push_back(scaled(stated, translate_(entry)));
         v_t += entry * model_.v[k];
       }
+      if (stated.mu_varies) v_t *= exact(stated.mu);
       slip = program_.add(program_.dot(direction, scene_.v), slip);
       contact.J_t.push_back(direction);
       contact.v_t.push_back(slip);
@@ -450,7 +464,7 @@ class SceneTranslation {
       rates.push_back(v_t);
     }
     const bool is_at_rest = contact.gap_is_zero && contact.v_n_is_zero && contact.v_t_is_zero;
-    contact.sticks_at_limit = contact.n_t() == 2 && is_at_rest && is_at_limit(exact(stated.mu), rates);
+    contact.sticks_at_limit = contact.n_t() == 2 && is_at_rest && is_at_limit(exact(mu), rates);
     rates.insert(rates.begin(), gap);
     rates_.push_back(std::move(rates));
     scene_.contacts.push_back(std::move(contact));
@@ -475,7 +489,8 @@ class SceneTranslation {
     }
     for (const auto& stated : model_.contacts) {
       // The gap of a friction element is its coordinate, for which every region has a symbol of its own.
-      RegionFormulas::Contact contact{stated.is_friction_element ? ex(0) : exact(stated.gap), {}};
+      RegionFormulas::Contact contact{
+          stated.is_friction_element ? ex(0) : exact(stated.gap), {}, stated.mu_varies ? exact(stated.mu) : ex(1)};
       for (const auto& direction : stated.tangents) {
         for (const ex& entry : direction) contact.directions.push_back(exact(entry));
       }
@@ -545,7 +560,7 @@ RegionChange change_between(const SceneFormulas& one, const SceneFormulas& other
   for (std::size_t i = 0; i < a.contacts.size(); ++i) {
     const RegionFormulas::Contact &x = a.contacts[i], &y = b.contacts[i];
     RegionChange::OfContact contact;
-    contact.same_everywhere = !differ(x.gap, y.gap) && are_same(x.directions, y.directions);
+    contact.same_everywhere = !differ(x.gap, y.gap) && are_same(x.directions, y.directions) && !differ(x.mu, y.mu);
     contact.same_gap = are_same_to(1, x.gap, y.gap);
     contact.same_slope = are_same_to(2, x.gap, y.gap);
     contact.same_directions =

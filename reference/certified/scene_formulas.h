@@ -35,6 +35,7 @@ struct ContactFormulas {
   Node eps_r_formula = -1, mu_formula = -1;          ///< the same as formulas of the parameters
   bool is_bilateral = false;                         ///< a constraint
   bool is_friction_element = false;                  ///< must stay closed (mode_motion())
+  bool mu_varies = false;                            ///< J_t and drives contain mu (varying_friction.h), and mu is 1
   Node gap = -1, v_n = -1;                           ///< f_c [m], v_n [m/s]
   std::vector<Node> J_n;                             ///< n_q
   std::vector<std::vector<Node>> J_t;                ///< n_t directions with n_q entries; none without friction
@@ -68,7 +69,7 @@ struct RegionFormulas;  // scene_formulas.cpp
 /// Differences between the formulas of two regions: everywhere, or on the border psi_k = 0 between them.
 struct RegionChange {
   struct OfContact {
-    bool same_everywhere = true;  ///< gap, tangents and drives
+    bool same_everywhere = true;  ///< gap, tangents, drives and mu
     bool same_gap = true;         ///< on the border
     bool same_slope = true;       ///< gap and J_n on the border
     bool same_directions = true;  ///< tangents and drives on the border

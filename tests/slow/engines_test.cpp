@@ -18,6 +18,7 @@
 #include "problems/geometry_kinematics.h"
 #include "problems/input_error.h"
 #include "problems/registry.h"
+#include "problems/scene_file/scene_file.h"
 
 namespace ricochet {
 namespace {
@@ -149,6 +150,40 @@ struct Measured {
   int steps;
   double error;
 };
+
+/// A slider and a wheel that dry friction stops: bounds along one coordinate are joints' frictionloss in MuJoCo.
+std::unique_ptr<Problem> braked_bodies(const std::string& elements) {
+  return read_scene_text(R"~({"params": {"J": "0.4"}, "q0": ["0", "0"], "v0": ["1", "3"], "T": "1",
+  "geometry": {"bodies": [{"name": "slider", "mass": "2", "position": ["q[0]", "0"]},
+                          {"name": "wheel", "mass": "1", "inertia": ["J"], "position": ["0", "5"],
+                           "rotation": "planar", "angles": ["q[1]"]}],
+               "shapes": [{"name": "slider", "kind": "sphere", "body": "slider", "size": ["0.1"]},
+                          {"name": "wheel", "kind": "sphere", "body": "wheel", "size": ["0.1"]}]},
+  "friction": [)~" + elements +
+                             "]}",
+                         "scene");
+}
+
+TEST(Engines, MujocoHasFrictionOfJoints) {
+  if (!is_built("mujoco")) GTEST_SKIP() << "MuJoCo was not found";
+  const std::string guide = R"({"name": "guide", "Jt": [["1", "0"]], "bound": "3"})",
+                    twice = R"({"name": "brake", "Jt": [["0", "2"]], "bound": "0.5"})";
+  const auto problem = braked_bodies(guide + "," + twice);
+  const Solution s = make_method("mujoco:tuned")->solve(*problem, stepping(4000));
+  ASSERT_TRUE(s.succeeded()) << s.message;
+  // At decelerations of 3 N / 2 kg and 2 * 0.5 N m / 0.4 kg m^2; its constraints are soft.
+  EXPECT_NEAR(s.q[0], 1 / (2 * 1.5), 1e-3);
+  EXPECT_NEAR(s.q[1], 3 - 2.5 / 2, 1e-3) << "it still turns";
+  EXPECT_NEAR(s.v[0], 0, 1e-3);
+  EXPECT_NEAR(s.v[1], 0.5, 1e-3);
+  EXPECT_TRUE(make_method("mujoco")->solve(*problem, stepping(4000)).succeeded());
+  for (const char* other : {R"({"name": "a", "Jt": [["1", "1"]], "bound": "3"})",
+                            R"({"name": "a", "Jt": [["1", "0"]], "bound": "3+v[0]**2"})"})
+    EXPECT_FALSE(make_method("mujoco")->can_run(braked_bodies(other)->info()).ok) << other;
+  for (const char* engine : {"bullet", "ode", "box2d"}) {
+    if (is_built(engine)) EXPECT_FALSE(make_method(engine)->can_run(problem->info()).ok) << engine;
+  }
+}
 
 TEST(Engines, MakeTheErrorsOfProgramsThatUseThemDirectly) {
   load_engines();

@@ -22,7 +22,8 @@ void measure_impact(const Problem& problem, const Event& event, int i, Metrics& 
   const double Lambda_n = event.Lambda_n[i];
   if (Lambda_n > 0) raise_to(metrics.signorini, std::abs(problem.gap(event.q)[i]));  // (1)
   if (problem.info().impact_law.hypothesis == ImpactHypothesis::newton) {
-    const double u = J_n.col(i).dot(event.v_plus) + contact.eps_r * J_n.col(i).dot(event.v_minus);
+    const double rate = J_n.col(i).dot(event.v_minus),
+                 u = J_n.col(i).dot(event.v_plus) + contact.restitution(rate) * rate;
     raise_to(metrics.restitution, std::abs(std::min(u, W * Lambda_n)));  // (2)
   }
   if (contact.n_t == 0 || event.Lambda_t.size() == 0) return;

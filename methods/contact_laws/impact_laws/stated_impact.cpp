@@ -28,12 +28,13 @@ LcpStatus stated_impact(const ProblemInfo& info, std::span<const int> contacts, 
                         const Eigen::Ref<const Vector>& w, Eigen::Ref<Vector> r) {
   const ContactInfo& contact = info.contacts[static_cast<std::size_t>(contacts.front())];
   if (contacts.size() == 1 && contact.n_t == 0) {
-    r[0] = -(1 + contact.eps_r) * w[0] / G(0, 0);
+    r[0] = -(1 + contact.restitution(w[0])) * w[0] / G(0, 0);
     return LcpStatus::solved;
   }
   if (info.impact_law.hypothesis == ImpactHypothesis::lzb) return lzb(info, contacts, G, w, r);
   if (contacts.size() > 1) return LcpStatus::ray;
-  const PlanarContact planar{.a = G(0, 0), .b = G(1, 1), .c = G(0, 1), .e = contact.eps_r, .mu = contact.mu};
+  const PlanarContact planar{
+      .a = G(0, 0), .b = G(1, 1), .c = G(0, 1), .e = contact.restitution(w[0]), .mu = contact.mu};
   const auto impact = planar_impact(info.impact_law.hypothesis, planar, {w[0], w[1]});
   if (!impact) return LcpStatus::ray;
   r[0] = impact->p.n;

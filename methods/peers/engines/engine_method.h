@@ -24,6 +24,7 @@ struct EngineEntry {
   const char* known_settings;  ///< the text of settings/ENGINE.json
   double order_smooth = 1;     ///< of its default integrator
   MakeEngineWorld make;
+  bool has_joint_friction = false;  ///< EngineScene::joint_friction()
   /// Scenes that it declines beside those that EngineScene does; empty: none.
   Support (*supports)(const ProblemInfo& info) = nullptr;
 };
@@ -54,7 +55,7 @@ class EngineMethod : public Method {
             .order_impacts = 0};  // no engine claims an order through impacts
   }
   Support supports(const ProblemInfo& problem) const override {
-    const Support common = EngineScene::supports(problem);
+    const Support common = EngineScene::supports(problem, engine_.has_joint_friction);
     return common.ok && engine_.supports ? engine_.supports(problem) : common;
   }
   /// engine_gaps() with its settings.

@@ -27,6 +27,40 @@ std::vector<EnginePair> pairs_of(const ProblemInfo& info) {
   return pairs;
 }
 
+/// Whether a coordinate is that of a joint of its own: a body's position along an axis, or its angle in the plane.
+bool has_joint(const Geometry& geometry, int coordinate) {
+  return std::ranges::any_of(geometry.bodies, [&](const Body& body) {
+    const auto is_it = [&](const PoseEntry& entry) { return entry.coordinate == coordinate; };
+    return std::ranges::any_of(body.position, is_it) ||
+           (body.rotation == BodyRotation::planar && is_it(body.angles[0]));
+  });
+}
+
+/// Whether the friction elements act along one coordinate of a body each, with constant bounds and at rest in the world.
+Support passes_elements(const ProblemInfo& info, bool has_joint_friction) {
+  if (info.n_friction_elements == 0) return Support::yes();
+  if (!has_joint_friction) return Support::no("it has no friction elements");
+  for (const ContactInfo& contact : info.contacts) {
+    if (!contact.is_friction_element) continue;
+    const bool is_along_one = contact.n_t == 1 && contact.support.size() == 2 && contact.is_affine;
+    if (!contact.bound || !is_along_one || !has_joint(*info.geometry, contact.support[0]))
+      return Support::no(fmt::format(
+          "friction element '{}' is not along one coordinate of a body with a constant bound", contact.name));
+  }
+  return Support::yes();
+}
+
+/// Bounds of friction elements, by coordinate: several on one coordinate add up.
+Vector joint_friction_of(const Problem& problem) {
+  const ProblemInfo& info = problem.info();
+  Vector friction = Vector::Zero(info.n_q);
+  const Matrix J_t = problem.tangent_jacobian(info.q0);
+  for (const ContactInfo& contact : info.contacts) {
+    if (contact.is_friction_element) friction += *contact.bound * J_t.col(contact.tangent_index).cwiseAbs();
+  }
+  return friction;
+}
+
 /// v of a body with three angles: omega = J_omega v.
 Eigen::Matrix3d J_omega_of(const Body& body, const BodyMotion<double>& motion) {
   Eigen::Matrix3d J;
@@ -63,13 +97,15 @@ std::array<double, 3> cardan_angles(const Matrix3<double>& R, const std::array<d
 
 }  // namespace
 
-Support EngineScene::supports(const ProblemInfo& info) {
+Support EngineScene::supports(const ProblemInfo& info, bool has_joint_friction) {
   if (!info.geometry) return Support::no("the scene states no bodies and shapes, only formulas");
   if (info.has_bilateral()) return Support::no("bilateral constraints are not passed on to engines");
   if (info.clock >= 0) return Support::no("surfaces and forces that depend on time are not passed on to engines");
-  if (info.n_friction_elements > 0) return Support::no("friction elements are not passed on to engines");
+  if (const Support support = passes_elements(info, has_joint_friction); !support.ok) return support;
+  if (std::ranges::any_of(info.contacts, &ContactInfo::mu_varies))
+    return Support::no("friction coefficients that depend on the place or the time are not passed on to engines");
   const Geometry& geometry = *info.geometry;
-  if (geometry.pairs.size() != info.contacts.size())
+  if (static_cast<int>(geometry.pairs.size()) != info.n_c() - info.n_friction_elements)
     return Support::no("some contact of the scene is between no two shapes");
   for (const Body& body : geometry.bodies) {
     if (!has_own_coordinates(body))
@@ -111,7 +147,10 @@ Support EngineScene::supports(const ProblemInfo& info) {
 }
 
 EngineScene::EngineScene(const Problem& problem)
-    : problem_(problem), pairs_(pairs_of(problem.info())), has_only_weight_(is_weight_alone()) {}
+    : problem_(problem),
+      pairs_(pairs_of(problem.info())),
+      joint_friction_(joint_friction_of(problem)),
+      has_only_weight_(is_weight_alone()) {}
 
 const EnginePair* EngineScene::pair_of(int shape, int other) const {
   for (const EnginePair& pair : pairs_) {
@@ -206,7 +245,7 @@ bool EngineScene::is_weight_alone() const {
     for (double& x : v) x += any(random);
     const Vector f = external_force(q, v);
     const std::vector<double> weight = weight_of<double>(geometry(), numbers_of(q));
-    for (Eigen::Index k = 0; k < f.size(); ++k) {
+    for (Eigen::Index k = 0; k < problem_.info().n_mechanical(); ++k) {
       const double w = weight[static_cast<std::size_t>(k)];
       if (std::abs(f[k] - w) > 1e-10 * (1 + std::abs(w))) return false;
     }

@@ -44,7 +44,8 @@ struct EnginePair {
 class EngineScene {
  public:
   /// Whether engines support the bodies of a scene, or why not.
-  static Support supports(const ProblemInfo& info);
+  /// @param has_joint_friction  the engine has dry friction with a constant bound along a coordinate of a body
+  static Support supports(const ProblemInfo& info, bool has_joint_friction);
 
   /// @param problem  whose geometry supports() takes
   explicit EngineScene(const Problem& problem);
@@ -55,6 +56,8 @@ class EngineScene {
   const BodyShape& shape(int i) const { return geometry().shapes[static_cast<std::size_t>(i)]; }  ///< One of them.
   int n_bodies() const { return static_cast<int>(geometry().bodies.size()); }                     ///< That move.
   const std::vector<EnginePair>& pairs() const { return pairs_; }                                 ///< That may touch.
+  /// Bound of the friction elements along a coordinate [N, N m]; 0: none.
+  double joint_friction(int coordinate) const { return joint_friction_[coordinate]; }
   /// The pair of two shapes, whichever comes first; null where they may pass through each other.
   const EnginePair* pair_of(int shape, int other) const;
   /// Shapes of a body, or of the world (-1), that are in some pair.
@@ -81,6 +84,7 @@ class EngineScene {
 
   const Problem& problem_;
   std::vector<EnginePair> pairs_;
+  Vector joint_friction_;  ///< n_q
   bool has_only_weight_ = false;
 };
 

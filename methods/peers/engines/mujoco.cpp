@@ -26,6 +26,12 @@
 //
 // times its velocity of approach, whatever k; the contact takes the time pi / sqrt(k) at zeta = 0.
 //
+// A friction element with a constant bound F along a coordinate x is a row w = x'' with
+//
+//   |lambda| <= F,   k = 0 in (3)                                                                              (8)
+//
+// ("frictionloss"). Under a load it creeps, as friction of contacts does.
+//
 // Source: E. Todorov, Convex and analytically-invertible dynamics with contacts and constraints, ICRA 2014; MuJoCo
 // documentation, Computation.
 
@@ -169,7 +175,8 @@ class MujocoWorld final : public EngineWorld {
 <option timestep="{}" gravity="{}" integrator="{}" solver="Newton" iterations="{}" tolerance="{}" cone="{}" impratio="{}" noslip_iterations="{}"/>
 <default><geom contype="0" conaffinity="0"/></default><worldbody>
 )",
-        most_contacts, 6 * most_contacts, h_, text_of(scene_.has_only_weight() ? gravity : Vector3<double>{}),
+        most_contacts, 6 * most_contacts + static_cast<std::size_t>(scene_.problem().n_q()), h_,
+        text_of(scene_.has_only_weight() ? gravity : Vector3<double>{}),
         integrators[static_cast<std::size_t>(settings_["integrator"])], settings_["iterations"], settings_["tolerance"],
         settings_.on("elliptic_cone") ? "elliptic" : "pyramidal", settings_["impratio"],
         settings_["noslip_iterations"]);
@@ -218,18 +225,27 @@ class MujocoWorld final : public EngineWorld {
     for (int axis = 0; axis < 3; ++axis) {
       const auto k = static_cast<std::size_t>(axis);
       if (scene_.moves_along(i, axis))
-        joints += fmt::format("<joint type=\"slide\" axis=\"{:d} {:d} {:d}\"/>", axis == 0, axis == 1, axis == 2);
+        joints += fmt::format("<joint type=\"slide\" axis=\"{:d} {:d} {:d}\"{}/>", axis == 0, axis == 1, axis == 2,
+                              friction_text(body.position[k].coordinate));
       else
         held[k] = body.position[k].offset;
     }
     if (scene_.turns_in_space(i))
       joints += "<joint type=\"ball\"/>";
     else if (scene_.turns(i))
-      joints += "<joint type=\"hinge\" axis=\"0 0 1\"/>";
+      joints += fmt::format("<joint type=\"hinge\" axis=\"0 0 1\"{}/>", friction_text(body.angles[0].coordinate));
     std::string text = fmt::format("<body pos=\"{}\">{}<inertial pos=\"0 0 0\" mass=\"{}\" diaginertia=\"{}\"/>\n",
                                    text_of(held), joints, body.mass, text_of(inertia));
     for (const int shape : scene_.touching_shapes_of(i)) text += geom_text(shape);
     return text + "</body>\n";
+  }
+
+  /// (8) of a joint.
+  std::string friction_text(int coordinate) const {
+    const double bound = scene_.joint_friction(coordinate);
+    if (bound == 0) return "";
+    return fmt::format(R"( frictionloss="{}" solimpfriction="{} {} 0.001 0.5 2")", bound, settings_["impedance_min"],
+                       settings_["impedance_max"]);
   }
 
   std::string pair_text(const EnginePair& pair) const {
@@ -350,5 +366,6 @@ RICOCHET_PLUGIN() {
                               std::span<const BodyState> states, double h) -> std::unique_ptr<EngineWorld> {
                      return std::make_unique<MujocoWorld>(scene, settings, states, h);
                    },
+                   .has_joint_friction = true,
                    .supports = has_sizes});
 }

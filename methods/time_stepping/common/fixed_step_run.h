@@ -91,6 +91,11 @@ class FixedStepRun {
     const double speed = contacts.normal_velocity(contact, v);
     return std::abs(speed) <= rest_speed_[contact] ? 0 : speed;
   }
+  /// Newton's eps_r J_n' v at the beginning of the step.
+  double rebound(int contact) const {
+    const double speed = impact_velocity(contact);
+    return problem.info().contacts[static_cast<std::size_t>(contact)].restitution(speed) * speed;
+  }
   bool has_contact_problem() const { return !active.empty() || has_bilateral_; }
   double largest_velocity() const { return v.head(problem.info().n_mechanical()).cwiseAbs().maxCoeff(); }
 

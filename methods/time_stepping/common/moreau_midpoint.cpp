@@ -94,7 +94,7 @@ bool MoreauMidpoint::solve_contacts(double h, Rates rates, const MoreauState& fr
     const double speed = contacts_.normal_velocity(i, from.v) - turn_[i];
     const bool rests = from.modes[i] != ContactMode::open || to.flight[i] <= rest_flight || std::abs(speed) <= rest;
     strikes_[i] = !rests && speed < 0;
-    if (!rests) shift_[i] += info_.contacts[i].eps_r * speed;
+    if (!rests) shift_[i] += info_.contacts[i].restitution(speed) * speed;
   }
   ContactStatus status = contacts_.set_inverse_mass(W_);
   if (status == ContactStatus::solved) status = contacts_.solve(to.v, shift_, {}, slip_turn_);
