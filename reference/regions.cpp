@@ -140,6 +140,8 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
     }
   };
   set_signs(false);
+  if (const std::string why = ambiguous_start(problem, regions, signs); !why.empty())
+    stop(whole, Status::infeasible, 0, why);
   bool starts_at_end = false;  // the function that ends the run is zero at the start
   if (info.until >= 0)
     starts_at_end = std::abs(functions_at(problem, whole.q, whole.v)[info.until]) <=

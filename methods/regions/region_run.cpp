@@ -324,6 +324,10 @@ Solution RegionRun::solve(const Settings& settings) {
   settings_ = settings;
   settings_.recording = std::max(settings.recording, Recording::events);  // which modes change at a border
   begin();
+  if (const std::string why = ambiguous_start(problem_, regions_, signs_); !why.empty()) {
+    stop(Status::infeasible, why);
+    return std::move(total_);
+  }
   if (!settings.sensitivities.empty()) begin_sensitivities();
   const TimeLimit limit(settings.time_limit);
   const int n = settings.steps;
@@ -346,17 +350,20 @@ Solution RegionRun::solve(const Settings& settings) {
       }
     }
     const double begin_of_piece = total_.t;
-    Solution piece = run(until - total_.t, steps, true);
-    const RegionExit exit = piece.exit;
-    const bool ok = piece.succeeded();
-    take(std::move(piece));
-    if (!ok) break;
-    if (exit.function >= 0) {
-      if (!locate(exit) || has_ended_) break;
-      continue;
+    const bool is_at_switch = switch_time < T_ && switch_time - total_.t <= kSameTime * T_;  // of the grid
+    if (!is_at_switch) {
+      Solution piece = run(until - total_.t, steps, true);
+      const RegionExit exit = piece.exit;
+      const bool ok = piece.succeeded();
+      take(std::move(piece));
+      if (!ok) break;
+      if (exit.function >= 0) {
+        if (!locate(exit) || has_ended_) break;
+        continue;
+      }
     }
-    total_.t = until;
-    if (total_.t < begin_of_piece + kShortest * T_ && total_.t < T_) {
+    total_.t = is_at_switch ? std::max(total_.t, switch_time) : until;
+    if (!is_at_switch && total_.t < begin_of_piece + kShortest * T_ && total_.t < T_) {
       stop(Status::inner_solver_failed, fmt::format("at t = {:.12g} s: the time stands still", total_.t));
       break;
     }

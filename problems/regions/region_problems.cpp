@@ -3,13 +3,17 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <cmath>
 #include <mutex>
 
+#include "problems/dense_solve.h"
 #include "problems/derivatives/symbolic_problem.h"
 
 namespace ricochet {
 namespace {
 
+constexpr double kZero = 1e-13;        // of the terms of a gap or psi_k: a rounded zero
+constexpr double kDifference = 1e-5;   // [s], along which slopes of psi_k are compared
 constexpr double kPenetration = 1e-6;  // of a gap that jumps below zero, relative to 1 + |q|
 
 void add_counters(const Counters& part, Counters& sum) {
@@ -82,6 +86,40 @@ std::string jumped_gap(const Problem& region, const Vector& q, const SwitchInfo&
     if (gap[i] < -kPenetration * (1 + size[i]))
       return fmt::format("the gap of '{}' jumps to {:.3g} m where {} = 0", region.info().contacts[i].name, gap[i],
                          psi.formula);
+  }
+  return {};
+}
+
+std::string ambiguous_start(const Problem& problem, RegionProblems& regions, const std::vector<int>& signs) {
+  const ProblemInfo& info = problem.info();
+  const Vector &q = info.q0, &v = info.v0;
+  const Eigen::Index n = q.size(), n_s = std::ssize(info.switches);
+  Vector psi(n_s);
+  problem.switching(q.data(), v.data(), psi.data());
+  const Vector size = problem.switching_sizes(q, v);
+  const Vector gap_size = problem.normal_jacobian(q).cwiseAbs().transpose() * (1 + q.array().abs()).matrix();
+  const bool touches = (problem.gap(q).array() <= kZero * (1 + gap_size.array())).any();
+  for (Eigen::Index k = 0; k < n_s; ++k) {
+    if (touches || info.switches[k].is_of_time || k == info.until || std::abs(psi[k]) > kZero * size[k]) continue;
+    const auto away = [&](int sigma) {  // sigma psi_k', or sigma psi_k''
+      std::vector<int> side = signs;
+      side[k] = sigma;
+      const Problem& region = regions.at(side);
+      const auto slope_at = [&](const Vector& at_q) {
+        Matrix D(n_s, 2 * n + std::ssize(info.parameters));
+        region.switching_derivative(at_q.data(), v.data(), D.data());
+        return Vector(D.row(k).head(2 * n));
+      };
+      const Vector slope = slope_at(q), a = CholeskyFactors(region.mass_matrix(q)).solve(region.force(q, v));
+      const Vector of_q = slope.head(n), of_v = slope.tail(n);
+      const double rate = of_q.dot(v) + of_v.dot(a), terms = of_q.cwiseAbs().dot(v.cwiseAbs()) + size[k];
+      if (!of_v.isZero(0) || std::abs(rate) > kZero * terms) return sigma * rate;
+      const Vector change = (slope_at(q + kDifference * v) - slope_at(q - kDifference * v)).head(n) / (2 * kDifference);
+      return sigma * (of_q.dot(a) + change.dot(v));
+    };
+    if (away(1) > 0 && away(-1) > 0)
+      return fmt::format("the motion is not unique: it begins at {} = 0, and both sides lead away",
+                         info.switches[k].formula);
   }
   return {};
 }

@@ -70,9 +70,9 @@ TEST(FesdHomotopyRegions, StepsAreThoseOfThePivotingSolver) {
   }
 }
 
-class Relaxations : public testing::TestWithParam<std::string> {};
+class RegionRelaxations : public testing::TestWithParam<std::string> {};
 
-TEST_P(Relaxations, FindTheSwitch) {
+TEST_P(RegionRelaxations, FindTheSwitch) {
   if (GetParam() == "kadrani") GTEST_SKIP() << "it fails at nine impacts of ten, too (methods/fesd_homotopy/README.md)";
   for (const OneSwitch& scene : kOneSwitch) {
     const auto problem = mass(scene.force, scene.q0, scene.v0, scene.T);
@@ -81,7 +81,7 @@ TEST_P(Relaxations, FindTheSwitch) {
   }
 }
 
-TEST_P(Relaxations, FollowFrictionElements) {
+TEST_P(RegionRelaxations, FollowFrictionElements) {
   // Their friction in space and cones of contacts are not what this is about: steffensen_ulbrich fails on both.
   if (GetParam() == "steffensen_ulbrich") GTEST_SKIP() << "it fails at friction cones of contacts, too";
   for (const auto& [file, T, steps] :
@@ -93,7 +93,7 @@ TEST_P(Relaxations, FollowFrictionElements) {
   }
 }
 
-INSTANTIATE_TEST_SUITE_P(All, Relaxations,
+INSTANTIATE_TEST_SUITE_P(All, RegionRelaxations,
                          testing::Values("scholtes", "lin_fukushima", "kadrani", "steffensen_ulbrich", "elastic_1",
                                          "elastic_inf"),
                          [](const auto& name) { return name.param; });

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 #include <string>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -287,6 +288,35 @@ TEST(Regions, AGapThatJumpsBelowZeroEndsTheRun) {
     EXPECT_EQ(s.status, Status::infeasible) << method;
     EXPECT_NE(s.message.find("the gap of 'ground' jumps"), std::string::npos) << s.message;
     EXPECT_NEAR(s.t, 0.5, 1e-9) << method;
+  }
+}
+
+TEST(Regions, ASwitchOnTheGridOfStepsIsPassed) {  // at 0.5, 1 and so on, up to rounding
+  for (const int steps : {5, 6, 10, 12, 30}) {
+    Settings settings;
+    settings.steps = steps;
+    const auto problem = read_scene_text(mass("sign(sin(2*pi*t))", 0, 0, 3), "scene");
+    const Solution s = make_method("fesd:radau-iia:3")->solve(*problem, settings);
+    ASSERT_TRUE(s.succeeded()) << steps << ": " << s.message;
+    EXPECT_NEAR(s.q[0], 0.75, 1e-12) << steps;
+    EXPECT_NEAR(s.v[0], 0, 1e-12) << steps;
+  }
+}
+
+TEST(Regions, AStartWithTwoMotionsIsInfeasible) {
+  for (const auto& [force, q, v] : {std::tuple{"if(v[0]**2 > 4, 1, -1)", 0.0, 2.0},
+                                    {"if(q[0] > 0, 1, -1)", 0.0, 0.0},
+                                    {"sign(v[0])", 1.0, 0.0},
+                                    {"if(q[0]-0.1 > 0, 2, -1)-q[0]", 0.1, 0.0}}) {
+    for (const char* method : {"fesd_adaptive:radau-iia:4", "event_driven", "fesd:radau-iia:3", "cvode", "arkode"}) {
+      const Solution s = run(mass(force, q, v, 1), method, method[4] == ':' ? 100 : 1e-8);
+      EXPECT_EQ(s.status, Status::infeasible) << method << ' ' << force << s.message;
+      EXPECT_NE(s.message.find("not unique"), std::string::npos) << method << ' ' << force << s.message;
+    }
+  }
+  for (const char* force : {"if(q[0] > 0, 1, 2)", "abs(q[0])", "-q[0]*abs(q[0])", "if(q[0] > 0, 1, -1)"}) {
+    const Solution s = run(mass(force, 0, 1, 0.5), "event_driven", 1e-8);  // it crosses the border
+    EXPECT_TRUE(s.succeeded()) << force << ": " << s.message;
   }
 }
 
