@@ -35,6 +35,7 @@ void require_smooth_contacts(const SwitchedModel& switched) {
     for (const auto& direction : contact.tangents)
       require_smooth(switched, direction, fmt::format("tangents of '{}'", contact.name));
     require_smooth(switched, contact.drives, fmt::format("vt_drive of '{}'", contact.name));
+    require_smooth(switched, {contact.mu}, fmt::format("mu of '{}'", contact.name));
   }
   for (const auto& element : model.frictions) {
     for (const auto& direction : element.tangents)
