@@ -220,8 +220,12 @@ TEST(VaryingFriction, CoefficientThatIsNotPositiveIsNoSuccess) {
       const std::string& name = entry.examples.front();
       if (!make_method(name)->can_run(problem->info()).ok) continue;
       for (const Recording recording : {Recording::final_state, Recording::grid}) {
-        const Solution s = run_varying(*problem, {name.c_str(), entry.conformance_steps / 4, 1e-8, 0}, {}, recording);
-        EXPECT_FALSE(s.succeeded()) << name << " " << mu;
+        try {
+          const Solution s = run_varying(*problem, {name.c_str(), entry.conformance_steps / 4, 1e-8, 0}, {}, recording);
+          EXPECT_FALSE(s.succeeded()) << name << " " << mu;
+        } catch (const InputError& declined) {  // a program, whose contacts must be smooth
+          EXPECT_NE(std::string(declined.what()).find("mu of 'ground'"), std::string::npos) << name << " " << mu;
+        }
       }
     }
     EXPECT_THROW(reference::make_reference(*problem), std::exception) << mu;
