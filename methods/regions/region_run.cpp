@@ -16,14 +16,15 @@
 namespace ricochet {
 namespace {
 
-constexpr double kSameTime = 1e-12;   // of the end time: two borders at one time
-constexpr double kLongestEnd = 1e-6;  // of the end time: within it the impact happens that ends the run
-constexpr double kGrid = 1e-9;        // of a step: on the grid
-constexpr double kZero = 4e-16;       // of the terms of psi_k: the border is located
-constexpr double kShortest = 1e-15;   // of the run: what time can resolve
-constexpr double kOutside = 1e-12;    // of the terms of another psi_j, beyond its border
-constexpr double kDrift = 1e-6;       // of gaps and rates of closed contacts, relative
-constexpr double kSmooth = 1e-12;     // jump of an acceleration that is rounding, relative
+constexpr double kSameTime = 1e-12;    // of the end time: two borders at one time
+constexpr double kLongestEnd = 1e-6;   // of the end time: within it the impact happens that ends the run
+constexpr double kGrid = 1e-9;         // of a step: on the grid
+constexpr double kZero = 4e-16;        // of the terms of psi_k: the border is located
+constexpr double kUnresolved = 1e-14;  // of the run: a step with no room for its equations
+constexpr double kShortest = 1e-15;    // of the run: what time can resolve
+constexpr double kOutside = 1e-12;     // of the terms of another psi_j, beyond its border
+constexpr double kDrift = 1e-6;        // of gaps and rates of closed contacts, relative
+constexpr double kSmooth = 1e-12;      // jump of an acceleration that is rounding, relative
 
 }  // namespace
 
@@ -178,6 +179,7 @@ bool RegionRun::locate(const RegionExit& exit) {
       [&](const Solution& piece) { return psi_at(piece.q, piece.v); });
   Solution& best = found.solution;
   if (!best.succeeded()) {
+    if (found.length <= kUnresolved * (total_.t + T_)) return cross(k);  // the border is here
     take(std::move(best));
     return false;
   }
