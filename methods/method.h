@@ -40,7 +40,7 @@ struct Settings {
   std::vector<std::string> sensitivities;
   bool stays_in_region =
       false;                    ///< end where a step leaves the region of the problem: Solution::exit; set by RegionRun
-  UntilWatch* until = nullptr;  ///< asked after each step whether the run ends there; set by Method
+  UntilWatch* until = nullptr;  ///< called after each step: whether the run ends there; set by Method
   bool audit = false;           ///< evaluate every equation of the method after each step: Solution::residuals
 };
 

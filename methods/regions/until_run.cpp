@@ -17,8 +17,8 @@ constexpr double kRounding = 1e-12;  // of the terms of psi: it has no sign yet
 constexpr double kZero = 4e-16;      // of the terms of psi: the end is located
 constexpr double kResolved = 1e-15;  // of the end time
 
-/// Asks the watch on the grid of a run that did not.
-void ask_on_grid(const Solution& solution, UntilWatch& watch) {
+/// Gives the watch the grid of a run that did not call it.
+void search_grid(const Solution& solution, UntilWatch& watch) {
   for (const Sample& sample : solution.samples) {
     if (sample.t > 0 && watch.ends(sample.t, sample.q, sample.v_plus)) return;
   }
@@ -53,7 +53,7 @@ double UntilWatch::zero(const Vector& q, const Vector& v) {
 }
 
 bool UntilWatch::ends(double t, const Vector& q, const Vector& v) {
-  was_asked_ = true;
+  was_called_ = true;
   if (has_ended_) return true;
   if (sign_ == 0) {
     sign_ = 1;
@@ -84,7 +84,7 @@ Solution run_until(const Problem& problem, const Settings& settings,
   watched.until = &watch;
   watched.recording = std::max(settings.recording, Recording::grid);
   Solution whole = run(problem, watched);
-  if (!watch.was_asked()) ask_on_grid(whole, watch);
+  if (!watch.was_called()) search_grid(whole, watch);
   if (settings.recording < Recording::grid) whole.samples.clear();
   if (!watch.has_ended() || (!whole.succeeded() && whole.t < watch.end())) return whole;
 

@@ -8,15 +8,15 @@
 
 namespace ricochet {
 
-/// Whether a run ends: psi = ProblemInfo::until has changed its sign. Methods that follow no regions ask it after each
+/// Whether a run ends: psi = ProblemInfo::until has changed its sign. Methods that follow no regions call it after each
 /// step, UntilRun makes the last step again.
 class UntilWatch {
  public:
   explicit UntilWatch(const Problem& problem);
 
-  /// To be asked after each step, once. @param t  end of the step [s]
+  /// To be called after each step. @param t  end of the step [s]
   bool ends(double t, const Vector& q, const Vector& v);
-  bool was_asked() const { return was_asked_; }
+  bool was_called() const { return was_called_; }
 
   bool has_ended() const { return has_ended_; }
   double begin() const { return begin_; }         ///< of the step in which it vanishes [s]
@@ -33,7 +33,7 @@ class UntilWatch {
   Vector values_, q_, v_;
   double sign_ = 0;  // sigma; 0 while psi is a rounded zero
   double begin_ = 0, end_ = 0, psi_begin_ = 0, psi_end_ = 0;
-  bool was_asked_ = false, has_ended_ = false;
+  bool was_called_ = false, has_ended_ = false;
 };
 
 /// Whether the run ends with the step that ends at (t, q, v).
@@ -46,7 +46,7 @@ inline bool ends_here(const Settings& settings, double t, const Vector& q, const
 ///
 ///     psi(x(t + h)) = 0                                                                                       (1)
 ///
-/// (border_search.h). The end has the order of the method. A method with a program of its own, which cannot ask
+/// (border_search.h). The end has the order of the method. A method with a program of its own, which cannot call
 /// UntilWatch, runs to the end time, and its grid tells the step. A step that passes two zeros is not noticed.
 /// @param run       runs the method on a problem with settings, whose sensitivities are empty
 /// @param settings  of the run
