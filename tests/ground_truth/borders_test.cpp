@@ -6,42 +6,28 @@
 
 #include "methods/registry.h"
 #include "problems/scene_file/scene_file.h"
+#include "tests/ground_truth/method_run.h"
 
 namespace ricochet {
 namespace {
 
-struct BorderRun {
-  const char* method;
-  double tolerance;  ///< or the number of steps
-};
-
-Solution run_through_borders(const Problem& problem, const BorderRun& how) {
-  Settings settings;
-  const auto method = make_method(how.method);
-  if (method->info().is_adaptive)
-    settings.tolerance = how.tolerance;
-  else
-    settings.steps = static_cast<int>(how.tolerance);
-  return method->solve(problem, settings);
-}
-
-void expect_border_end(const std::string& scene, const std::vector<BorderRun>& runs, const Vector& q, const Vector& v,
+void expect_border_end(const std::string& scene, const std::vector<MethodRun>& runs, const Vector& q, const Vector& v,
                        double error) {
   const auto problem = read_scene_text(scene, "scene");
-  for (const BorderRun& how : runs) {
-    const Solution s = run_through_borders(*problem, how);
+  for (const MethodRun& how : runs) {
+    const Solution s = run_as(*problem, how);
     ASSERT_TRUE(s.succeeded()) << how.method << ": " << s.message;
     EXPECT_LE((s.q.head(q.size()) - q).cwiseAbs().maxCoeff(), error) << how.method;
     EXPECT_LE((s.v.head(v.size()) - v).cwiseAbs().maxCoeff(), error) << how.method;
   }
 }
 
-const std::vector<BorderRun> kLocating = {{"event_driven", 1e-12},
-                                          {"fesd_adaptive:radau-iia:4", 1e-11},
-                                          {"fesd_adaptive:gauss:4", 1e-11},
-                                          {"cvode", 1e-13},
-                                          {"ida", 1e-12},
-                                          {"arkode", 1e-12}};
+const std::vector<MethodRun> kLocating = {{"event_driven", 0, 1e-12},
+                                          {"fesd_adaptive:radau-iia:4", 0, 1e-11},
+                                          {"fesd_adaptive:gauss:4", 0, 1e-11},
+                                          {"cvode", 0, 1e-13},
+                                          {"ida", 0, 1e-12},
+                                          {"arkode", 0, 1e-12}};
 
 /// The force at q = 1/2 does not jump as long as v = 1, the velocity at the start, and jumps at the border. A fast
 /// oscillation makes steps shorter than any tolerance of the border: CVODE, IDA and ARKODE passed it 1 mm late.
@@ -52,8 +38,8 @@ TEST(Borders, AreWhereTheyAreNotWhereTheRunBegan) {
   v << 0.6 + (std::sqrt(3.0) - 0.6) * std::exp(5 * s), -20 * std::sin(2000.0);
   expect_border_end(R"json({"q0": [0, 0.01], "v0": [1, 0], "T": 1, "M": [[1, 0], [0, 1]],
       "f": ["2+if(q[0]<0.5,0,5*(v[0]-1))", "-4e6*q[1]"]})json",
-                    {{"event_driven", 1e-12}, {"fesd_adaptive:radau-iia:4", 1e-11}, {"cvode", 1e-13}}, q.head(1),
-                    v.head(1), 1e-8);
+                    {{"event_driven", 0, 1e-12}, {"fesd_adaptive:radau-iia:4", 0, 1e-11}, {"cvode", 0, 1e-13}},
+                    q.head(1), v.head(1), 1e-8);
 }
 
 /// max(max(q, 0) (1 + v), 0): both functions vanish at q = 0. In the region where the outer maximum is zero the inner one
@@ -73,10 +59,10 @@ TEST(Borders, AnImpactMayPassTwo) {
       "f": ["-23.9422*q[0]-max(267.2836*max(q[0]+0.003,0)*(1+0.9046*v[0]),0)", "-14.9*q[1]-1.1823*max(v[1],0)-17.5"],
       "contacts": [{"name": "ground", "gap": "q[1]", "e": 0.6697, "mu": 0.5438, "Jt": [["1", "0"]]}]})json";
   const auto problem = read_scene_text(scene, "scene");
-  const Solution exact = run_through_borders(*problem, {"event_driven", 1e-13});
+  const Solution exact = run_as(*problem, {"event_driven", 0, 1e-13});
   ASSERT_TRUE(exact.succeeded()) << exact.message;
   expect_border_end(scene, kLocating, exact.q, exact.v, 1e-8);
-  expect_border_end(scene, {{"fesd:radau-iia:3", 200}, {"fesd:gauss:3", 200}}, exact.q, exact.v, 1e-6);
+  expect_border_end(scene, {{"fesd:radau-iia:3", 200, 0}, {"fesd:gauss:3", 200, 0}}, exact.q, exact.v, 1e-6);
 }
 
 /// The same where the run begins with the impact. q = 0, v = -2: the ball leaves with 1 and rises against v' = -1 - 4 v.

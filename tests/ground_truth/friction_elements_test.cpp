@@ -12,27 +12,11 @@
 #include "problems/input_error.h"
 #include "problems/scene_file/scene_writer.h"
 #include "problems/variables.h"
+#include "tests/ground_truth/method_run.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
 namespace {
-
-struct ElementRun {
-  const char* method;
-  int steps;
-  double tolerance;
-  double error;  ///< allowed, absolute, of q and v of the bodies
-};
-
-Solution run_element(const Problem& problem, const ElementRun& how, const std::vector<std::string>& sensitivities = {},
-                     Recording recording = Recording::events) {
-  Settings settings;
-  settings.steps = how.steps;
-  settings.tolerance = how.tolerance;
-  settings.sensitivities = sensitivities;
-  settings.recording = recording;
-  return make_method(how.method)->solve(problem, settings);
-}
 
 std::unique_ptr<Problem> parsed_elements(const std::string& text) {
   return read_scene_text(text, "scene");
@@ -46,19 +30,19 @@ double element_error(const Solution& s, const Vector& q, const Vector& v) {
   return std::max((s.q.head(q.size()) - q).cwiseAbs().maxCoeff(), (s.v.head(v.size()) - v).cwiseAbs().maxCoeff());
 }
 
-void expect_element_end(const Problem& problem, const std::vector<ElementRun>& runs, const Vector& q, const Vector& v) {
-  for (const ElementRun& how : runs) {
-    const Solution s = run_element(problem, how);
+void expect_element_end(const Problem& problem, const std::vector<MethodRun>& runs, const Vector& q, const Vector& v) {
+  for (const MethodRun& how : runs) {
+    const Solution s = run_as(problem, how);
     ASSERT_TRUE(s.succeeded()) << problem.info().id << " " << how.method << ": " << s.message;
     EXPECT_LE(element_error(s, q, v), how.error) << problem.info().id << " " << how.method;
     EXPECT_EQ(s.q.size(), problem.n_q());
   }
 }
 
-const std::vector<ElementRun> kExactElementRuns = {{"fesd_adaptive:radau-iia:4", 0, 1e-11, 1e-10},
-                                                   {"fesd:radau-iia:4", 300, 0, 1e-10},
-                                                   {"event_driven", 0, 1e-12, 1e-10},
-                                                   {"cvode", 0, 1e-14, 1e-10}};
+const std::vector<MethodRun> kExactElementRuns = {{"fesd_adaptive:radau-iia:4", 0, 1e-11, 1e-10},
+                                                  {"fesd:radau-iia:4", 300, 0, 1e-10},
+                                                  {"event_driven", 0, 1e-12, 1e-10},
+                                                  {"cvode", 0, 1e-14, 1e-10}};
 
 /// Half swings are cosines about F/k and -F/k: |q| at the turns is A, A - 2 F/k, A - 4 F/k, ..., until it is below F/k.
 double coulomb_resting_place(double A, double F, double k) {
@@ -74,7 +58,7 @@ TEST(FrictionElements, OscillatorStopsWhereItsAmplitudeFits) {
   expect_element_end(*problem, kExactElementRuns, Vector::Constant(1, q), Vector::Zero(1));
   expect_element_end(*problem, {{"moreau_jean", 60000, 0, 1e-7}, {"anitescu_potra", 60000, 0, 1e-7}},
                      Vector::Constant(1, q), Vector::Zero(1));
-  const Solution s = run_element(*problem, kExactElementRuns[0]);
+  const Solution s = run_as(*problem, kExactElementRuns[0]);
   ASSERT_EQ(s.events.size(), 5u) << "four turns, and the end";
   for (std::size_t k = 0; k < s.events.size(); ++k) {
     EXPECT_NEAR(s.events[k].t, static_cast<double>(k + 1) * std::numbers::pi / std::sqrt(10), 1e-10);
@@ -220,15 +204,15 @@ TEST(FrictionElements, NegativeBoundIsNoSuccess) {
         R"({{"q0": ["0"], "v0": ["9"], "T": "6", "M": [["1"]], "f": ["0"],
              "friction": [{{"name": "brake", "Jt": [["1"]], "bound": "{}"}}]}})",
         bound));
-    for (const ElementRun& how : kExactElementRuns) {
+    for (const MethodRun& how : kExactElementRuns) {
       for (const Recording recording : {Recording::final_state, Recording::events, Recording::grid}) {
-        const Solution s = run_element(*problem, how, {}, recording);
+        const Solution s = run_as(*problem, how, {}, recording);
         EXPECT_EQ(s.status, Status::infeasible) << how.method << " " << bound;
         EXPECT_NE(s.message.find("'brake'"), std::string::npos) << s.message;
       }
     }
     for (const char* method : {"moreau_jean", "anitescu_potra", "rattle"})
-      EXPECT_EQ(run_element(*problem, {method, 2000, 0, 0}).status, Status::infeasible) << method << " " << bound;
+      EXPECT_EQ(run_as(*problem, {method, 2000, 0, 0}).status, Status::infeasible) << method << " " << bound;
     EXPECT_THROW(reference::make_reference(*problem), std::exception);
   }
 }
@@ -236,14 +220,14 @@ TEST(FrictionElements, NegativeBoundIsNoSuccess) {
 TEST(FrictionElements, SensitivitiesMatchDifferences) {
   const auto problem = element_scene("clutch");
   const std::vector<std::string> names = {"q0:0", "v0:0", "v0:1", "param:F", "param:tau", "param:J_2"};
-  for (const ElementRun& how : {kExactElementRuns[0], kExactElementRuns[2]}) {
-    const Solution s = run_element(*problem, how, names);
+  for (const MethodRun& how : {kExactElementRuns[0], kExactElementRuns[2]}) {
+    const Solution s = run_as(*problem, how, names);
     ASSERT_TRUE(s.succeeded()) << how.method << ": " << s.message;
     for (std::size_t k = 0; k < names.size(); ++k) {
       const auto variable = find_variable(problem->info(), names[k]);
       const double at = variables(problem->info())[static_cast<std::size_t>(variable)].value, h = 1e-4;
-      const Solution more = run_element(*with_value(*problem, variable, at + h), how),
-                     less = run_element(*with_value(*problem, variable, at - h), how);
+      const Solution more = run_as(*with_value(*problem, variable, at + h), how),
+                     less = run_as(*with_value(*problem, variable, at - h), how);
       const Eigen::Index i = static_cast<Eigen::Index>(k);
       const Vector dq = (more.q - less.q) / (2 * h), dv = (more.v - less.v) / (2 * h);
       EXPECT_LE((s.dq.col(i) - dq).head(2).cwiseAbs().maxCoeff(), 1e-5) << how.method << " " << names[k];
@@ -255,13 +239,7 @@ TEST(FrictionElements, SensitivitiesMatchDifferences) {
 TEST(FrictionElements, ExportReadsBack) {
   for (const char* name : {"coulomb_oscillator", "dry_hinge", "clutch", "brake_and_bounce"}) {
     const auto problem = element_scene(name);
-    const std::string text = scene_text(*problem);
-    const auto again = parsed_elements(text);
-    EXPECT_EQ(scene_text(*again, {.with_title = false}), scene_text(*problem, {.with_title = false})) << name;
-    const Solution first = run_element(*problem, kExactElementRuns[0]),
-                   second = run_element(*again, kExactElementRuns[0]);
-    EXPECT_EQ(first.q, second.q) << name;
-    EXPECT_EQ(first.v, second.v) << name;
+    expect_export_reads_back(*problem, kExactElementRuns[0]);
   }
 }
 

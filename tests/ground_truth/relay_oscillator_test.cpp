@@ -19,6 +19,7 @@
 #include "problems/scene_file/scene_file.h"
 #include "reference/agreement.h"
 #include "reference/proven.h"
+#include "tests/ground_truth/method_run.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
@@ -26,24 +27,11 @@ namespace {
 
 constexpr double kGoal = 1e-10;  // [s], [m], [m/s]
 
-struct OscillatorRun {
-  const char* method;
-  int steps;
-  double tolerance;
-};
-
 // Tolerances are of a step. Errors of fesd_adaptive add up to some tens of them.
-constexpr OscillatorRun kOscillatorRuns[] = {{"fesd_adaptive:radau-iia:4", 0, 1e-13},
-                                             {"fesd:radau-iia:4", 300, 0},
-                                             {"fesd:gauss:4", 300, 0},
-                                             {"event_driven", 0, 1e-13}};
-
-Solution run_oscillator(const Problem& problem, const OscillatorRun& how) {
-  Settings settings;
-  settings.steps = how.steps;
-  settings.tolerance = how.tolerance;
-  return make_method(how.method)->solve(problem, settings);
-}
+constexpr MethodRun kOscillatorRuns[] = {{"fesd_adaptive:radau-iia:4", 0, 1e-13},
+                                         {"fesd:radau-iia:4", 300, 0},
+                                         {"fesd:gauss:4", 300, 0},
+                                         {"event_driven", 0, 1e-13}};
 
 TEST(RelayOscillator, HasItsPeriod) {
   constexpr double F = 0.4, A = 1.05;
@@ -60,7 +48,7 @@ TEST(RelayOscillator, HasItsPeriod) {
       EXPECT_LE(std::abs(s.v[0]) / (A + F) / kPeriods, kGoal) << who << ": error of the period";
       EXPECT_LE(std::abs(s.q[0] - A), kGoal) << who;
     };
-    for (const OscillatorRun& how : kOscillatorRuns) expect_period(run_oscillator(*problem, how), how.method);
+    for (const MethodRun& how : kOscillatorRuns) expect_period(run_as(*problem, how), how.method);
     expect_period(reference::make_reference(*problem).solution, "the reference by CVODE");
     expect_period(reference::truth_of(*problem).solution, "the reference");
   }
@@ -75,7 +63,7 @@ TEST(CoulombOscillator, HasItsRestingPlace) {
     EXPECT_LE(std::abs(s.q[0] - place), kGoal) << who;
     EXPECT_LE(std::abs(s.v[0]), kGoal) << who;
   };
-  for (const OscillatorRun& how : kOscillatorRuns) expect_rest(run_oscillator(*problem, how), how.method);
+  for (const MethodRun& how : kOscillatorRuns) expect_rest(run_as(*problem, how), how.method);
   expect_rest(reference::make_reference(*problem).solution, "the reference by CVODE");
   expect_rest(reference::truth_of(*problem).solution, "the reference");
 }

@@ -12,27 +12,11 @@
 #include "problems/scene_file/scene_writer.h"
 #include "problems/variables.h"
 #include "reference/ground_truth.h"
+#include "tests/ground_truth/method_run.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
 namespace {
-
-struct VaryingRun {
-  const char* method;
-  int steps;
-  double tolerance;
-  double error;  ///< allowed, absolute, of q and v
-};
-
-Solution run_varying(const Problem& problem, const VaryingRun& how, const std::vector<std::string>& sensitivities = {},
-                     Recording recording = Recording::events) {
-  Settings settings;
-  settings.steps = how.steps;
-  settings.tolerance = how.tolerance;
-  settings.sensitivities = sensitivities;
-  settings.recording = recording;
-  return make_method(how.method)->solve(problem, settings);
-}
 
 /// A point of unit mass in the plane above the ground q[1] = 0, with weight `g` towards it. @param contact  e, mu
 std::unique_ptr<Problem> point_on_ground(const std::string& q0, const std::string& v0, const std::string& f,
@@ -58,19 +42,19 @@ double varying_error(const Solution& s, const FinalState& exact) {
   return error;
 }
 
-void expect_varying_end(const Problem& problem, const std::vector<VaryingRun>& runs, const FinalState& exact) {
-  for (const VaryingRun& how : runs) {
-    const Solution s = run_varying(problem, how);
+void expect_varying_end(const Problem& problem, const std::vector<MethodRun>& runs, const FinalState& exact) {
+  for (const MethodRun& how : runs) {
+    const Solution s = run_as(problem, how);
     ASSERT_TRUE(s.succeeded()) << how.method << ": " << s.message;
     EXPECT_LE(varying_error(s, exact), how.error) << how.method;
   }
 }
 
-const std::vector<VaryingRun> kExactVaryingRuns = {{"fesd_adaptive:radau-iia:4", 0, 1e-11, 1e-10},
-                                                   {"fesd:radau-iia:4", 300, 0, 1e-10},
-                                                   {"event_driven", 0, 1e-12, 1e-10},
-                                                   {"event_driven:radau-iia", 0, 1e-12, 1e-10},
-                                                   {"cvode", 0, 1e-13, 1e-10}};
+const std::vector<MethodRun> kExactVaryingRuns = {{"fesd_adaptive:radau-iia:4", 0, 1e-11, 1e-10},
+                                                  {"fesd:radau-iia:4", 300, 0, 1e-10},
+                                                  {"event_driven", 0, 1e-12, 1e-10},
+                                                  {"event_driven:radau-iia", 0, 1e-12, 1e-10},
+                                                  {"cvode", 0, 1e-13, 1e-10}};
 
 /// Slides from q = 0 at speed v_0 on mu = a + b q until it rests.
 struct HarmonicSlide {
@@ -91,7 +75,7 @@ TEST(VaryingFriction, BlockSlidesHarmonicallyAndRests) {
   EXPECT_FALSE(info.contacts[0].is_affine);
   EXPECT_DOUBLE_EQ(problem->friction_coefficients(Vector::Constant(2, 0.5))[0], 0.35);
   EXPECT_DOUBLE_EQ(problem->friction_forces(Vector::Constant(2, 0.5), Vector::Constant(1, -2))[0], -0.7);
-  const Solution s = run_varying(*problem, kExactVaryingRuns[0]);
+  const Solution s = run_as(*problem, kExactVaryingRuns[0]);
   ASSERT_EQ(s.events.size(), 1u);
   EXPECT_EQ(s.events[0].kind, EventKind::slip_to_stick);
 }
@@ -170,7 +154,7 @@ TEST(VaryingFriction, ImpactsAtDifferentPlaces) {
       1.1, [](double v_n) { return 0.8 / (1 + 0.1 * v_n); }, [](double q) { return 0.05 + 0.1 * q * q; });
   ASSERT_EQ(bounce.Lambda_n.size(), 3u);
   expect_varying_end(*problem, kExactVaryingRuns, exact);
-  const Solution s = run_varying(*problem, kExactVaryingRuns[2]);
+  const Solution s = run_as(*problem, kExactVaryingRuns[2]);
   ASSERT_EQ(s.events.size(), 3u);
   for (std::size_t k = 0; k < 3; ++k) {
     EXPECT_NEAR(s.events[k].Lambda_n[0], bounce.Lambda_n[k], 1e-10);
@@ -192,19 +176,19 @@ TEST(VaryingFriction, StatedLawsAgreeWithTheReference) {
           "scene");
     };
     const auto varying = scene("0.02+0.1*sin(t)"), constant = scene("0.02");
-    const Solution s = run_varying(*varying, kExactVaryingRuns[2]);
+    const Solution s = run_as(*varying, kExactVaryingRuns[2]);
     ASSERT_TRUE(s.succeeded()) << law << ": " << s.message;
     ASSERT_GE(s.events.size(), 1u);
-    for (const VaryingRun& how : kExactVaryingRuns) {
-      const Solution other = run_varying(*varying, how);
+    for (const MethodRun& how : kExactVaryingRuns) {
+      const Solution other = run_as(*varying, how);
       ASSERT_TRUE(other.succeeded()) << how.method << " " << law << ": " << other.message;
       EXPECT_LE((other.v - s.v).cwiseAbs().maxCoeff(), 1e-9) << how.method << " " << law;
     }
     // The first impact is that with the coefficient at its instant.
     const auto at_impact = scene(fmt::format("{:.17g}", 0.02 + 0.1 * std::sin(s.events[0].t)).c_str());
-    const Solution same = run_varying(*at_impact, kExactVaryingRuns[2]);
+    const Solution same = run_as(*at_impact, kExactVaryingRuns[2]);
     EXPECT_LE((same.events[0].v_plus - s.events[0].v_plus.head(3)).cwiseAbs().maxCoeff(), 1e-10) << law;
-    const Solution other = run_varying(*constant, kExactVaryingRuns[2]);
+    const Solution other = run_as(*constant, kExactVaryingRuns[2]);
     EXPECT_GE((other.events[0].v_plus - s.events[0].v_plus.head(3)).cwiseAbs().maxCoeff(), 1e-3) << law;
   }
 }
@@ -221,7 +205,7 @@ TEST(VaryingFriction, CoefficientThatIsNotPositiveIsNoSuccess) {
       if (!make_method(name)->can_run(problem->info()).ok) continue;
       for (const Recording recording : {Recording::final_state, Recording::grid}) {
         try {
-          const Solution s = run_varying(*problem, {name.c_str(), entry.conformance_steps / 4, 1e-8, 0}, {}, recording);
+          const Solution s = run_as(*problem, {name.c_str(), entry.conformance_steps / 4, 1e-8, 0}, {}, recording);
           EXPECT_FALSE(s.succeeded()) << name << " " << mu;
         } catch (const InputError& declined) {  // a program, whose contacts must be smooth
           EXPECT_NE(std::string(declined.what()).find("mu of 'ground'"), std::string::npos) << name << " " << mu;
@@ -245,14 +229,14 @@ TEST(VaryingFriction, SensitivitiesMatchDifferences) {
       {bounce.get(), {"q0:0", "q0:1", "v0:0", "v0:1", "param:a", "param:b", "param:g", "param:e0", "param:c"}},
       {falls.get(), {"param:a", "param:b"}}};
   for (const auto& [problem, names] : cases) {
-    for (const VaryingRun& how : {kExactVaryingRuns[0], kExactVaryingRuns[1], kExactVaryingRuns[2]}) {
-      const Solution s = run_varying(*problem, how, names);
+    for (const MethodRun& how : {kExactVaryingRuns[0], kExactVaryingRuns[1], kExactVaryingRuns[2]}) {
+      const Solution s = run_as(*problem, how, names);
       ASSERT_TRUE(s.succeeded()) << how.method << ": " << s.message;
       for (std::size_t k = 0; k < names.size(); ++k) {
         const auto variable = find_variable(problem->info(), names[k]);
         const double at = variables(problem->info())[static_cast<std::size_t>(variable)].value, h = 1e-4;
-        const Solution more = run_varying(*with_value(*problem, variable, at + h), how),
-                       less = run_varying(*with_value(*problem, variable, at - h), how);
+        const Solution more = run_as(*with_value(*problem, variable, at + h), how),
+                       less = run_as(*with_value(*problem, variable, at - h), how);
         const auto i = static_cast<Eigen::Index>(k);
         const Vector dq = (more.q - less.q) / (2 * h), dv = (more.v - less.v) / (2 * h);
         EXPECT_LE((s.dq.col(i) - dq).head(2).cwiseAbs().maxCoeff(), 3e-6) << how.method << " " << names[k];
@@ -292,7 +276,7 @@ TEST(VaryingRestitution, SlowImpactsMayBePlastic) {
   "contacts": [{"name": "floor", "gap": "q[0]", "e": "if(vn<1,0,0.6)"}]})~",
       "scene");
   expect_varying_end(*problem, kExactVaryingRuns, {{0}, {0}});
-  const Solution s = run_varying(*problem, kExactVaryingRuns[2]);
+  const Solution s = run_as(*problem, kExactVaryingRuns[2]);
   EXPECT_EQ(s.events.size(), 4u) << "at 4.43, 2.66, 1.59 and 0.957 m/s, of which the last does not rebound";
 }
 
@@ -317,7 +301,7 @@ TEST(VaryingCoefficients, EveryMethodConvergesOrDeclines) {
         ++(slides ? n_slide : n_ball);
         const MethodInfo info = method->info();
         const auto error = [&](int steps) {
-          const Solution s = run_varying(problem, {example.c_str(), steps, 1e-8, 0});
+          const Solution s = run_as(problem, {example.c_str(), steps, 1e-8, 0});
           EXPECT_TRUE(s.succeeded()) << example << ": " << s.message;
           return varying_error(s, exact);
         };
@@ -340,13 +324,7 @@ TEST(VaryingCoefficients, EveryMethodConvergesOrDeclines) {
 TEST(VaryingCoefficients, ExportReadsBack) {
   for (const char* name : {"rough_patch", "slowing_ball"}) {
     const auto problem = read_scene_file(test_data(fmt::format("{}.json", name)));
-    const std::string text = scene_text(*problem);
-    const auto again = read_scene_text(text, "scene");
-    EXPECT_EQ(scene_text(*again, {.with_title = false}), scene_text(*problem, {.with_title = false})) << name;
-    const Solution first = run_varying(*problem, kExactVaryingRuns[0]),
-                   second = run_varying(*again, kExactVaryingRuns[0]);
-    EXPECT_EQ(first.q, second.q) << name;
-    EXPECT_EQ(first.v, second.v) << name;
+    expect_export_reads_back(*problem, kExactVaryingRuns[0]);
   }
 }
 
@@ -368,7 +346,7 @@ TEST(VaryingCoefficients, BadInputIsNamed) {
     try {
       const auto problem = point_on_ground(R"~("0", "1/2")~", v0, R"~("0", "-g")~", contact, "1");
       validate(*problem);
-      run_varying(*problem, kExactVaryingRuns[2]);
+      run_as(*problem, kExactVaryingRuns[2]);
     } catch (const InputError& error) {
       return error.what();
     }

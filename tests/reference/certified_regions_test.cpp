@@ -192,7 +192,6 @@ TEST(CertifiedRegions, EdgesAndSmoothBorders) {
   EXPECT_TRUE(arb_contains(energy.get(), Ball(1.0).get()));
 }
 
-/// Two proofs of one motion, with boxes and with the mean value form, and more bits, overlap.
 /// Slows down with 5/8 from -1 until q = 0, where v = 1, then with 1 until it sticks at 1/2.
 TEST(CertifiedRegions, FrictionElementsPassBorders) {
   const std::string scene = R"s({"q0": ["-1"], "v0": ["3/2"], "M": [["1"]], "f": ["-if(q[0]<0,0,3/8)"], "T": "3",
@@ -207,6 +206,7 @@ TEST(CertifiedRegions, ScenesWithoutContactsMayStayOpen) {  // the second border
   expect_open(scene, "at the same time");
 }
 
+/// Two proofs of one motion, with boxes and with the mean value form, and more bits, overlap.
 TEST(CertifiedRegions, RunsAgree) {
   const auto problem = read_scene_file(RICOCHET_TEST_DATA "/moving_table.json");
   const auto boxes = certified_motion(*problem);
