@@ -41,4 +41,7 @@ void draw_other_units(SceneDraw& draw);
 void draw_corners(SceneDraw& draw);
 void draw_dry_friction(SceneDraw& draw);
 
+/// A pendulum of one or two point masses, without contacts. @returns how many (families/turning.cpp)
+int draw_point_masses_on_rods(SceneDraw& draw);
+
 }  // namespace ricochet

@@ -280,24 +280,9 @@ void draw_rubbing_puck(SceneDraw& draw, TermNumbers& number) {
   }
 }
 
-/// A pendulum of one or two point masses with dry hinges, as in draw_pendulum(), before a wall.
+/// A pendulum of one or two point masses with dry hinges, before a wall.
 void draw_dry_pendulum(SceneDraw& draw, TermNumbers& number) {
-  const int n = draw.integer(1, 2);
-  for (int i = 0; i < n; ++i) {
-    draw.number(fmt::format("m{}", i), 0.3, 2.5);
-    draw.number(fmt::format("l{}", i), 0.3, 1);
-    draw.number(fmt::format("a{}", i), -1.2, 1.2);
-    draw.velocity(fmt::format("w{}", i), 3);
-  }
-  draw.coordinate("a0", "w0", n == 1 ? "m0*l0**2" : "(m0+m1)*l0**2");
-  draw.force(0, fmt::format("-{}*9.81*l0*sin(q[0])", n == 1 ? "m0" : "(m0+m1)"));
-  if (n == 2) {
-    draw.coordinate("a1", "w1", "m1*l1**2");
-    draw.mass(0, 1, "m1*l0*l1*cos(q[0]-q[1])");
-    draw.force(0, "-m1*l0*l1*sin(q[0]-q[1])*v[1]**2");
-    draw.force(1, "m1*l0*l1*sin(q[0]-q[1])*v[0]**2");
-    draw.force(1, "-m1*9.81*l1*sin(q[1])");
-  }
+  const int n = draw_point_masses_on_rods(draw);
   const bool has_hinge = n == 1 || draw.chance(60);
   if (has_hinge) add_friction(draw, number, "hinge", {{0, "1"}});
   if (n == 2 && (!has_hinge || draw.chance(60))) add_friction(draw, number, "knee", {{1, "1"}, {0, "-1"}});

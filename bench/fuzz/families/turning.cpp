@@ -134,13 +134,10 @@ void draw_rod_chain(SceneDraw& draw) {
   draw.end_time(0.2, 0.8);
 }
 
-// A pendulum of one or two point masses, angles from the vertical; the tip at (x, y), y upwards from the hinge:
+// A pendulum of one or two point masses, angles from the vertical:
 //
 //   M = [ (m0 + m1) l0^2,  m1 l0 l1 cos(D); .,  m1 l1^2 ],   D = q_0 - q_1
-//   x = l0 sin(q_0) + l1 sin(q_1),   y = -l0 cos(q_0) - l1 cos(q_1)
-//
-// between walls at some distance from where the tip starts, and above a rough floor.
-void draw_pendulum(SceneDraw& draw) {
+int draw_point_masses_on_rods(SceneDraw& draw) {
   const int n = draw.integer(1, 2);
   for (int i = 0; i < n; ++i) {
     draw.number(fmt::format("m{}", i), 0.3, 2.5);
@@ -150,15 +147,25 @@ void draw_pendulum(SceneDraw& draw) {
   }
   draw.coordinate("a0", "w0", n == 1 ? "m0*l0**2" : "(m0+m1)*l0**2");
   draw.force(0, fmt::format("-{}*9.81*l0*sin(q[0])", n == 1 ? "m0" : "(m0+m1)"));
-  draw.potential(fmt::format("-{}*9.81*l0*cos(q[0])", n == 1 ? "m0" : "(m0+m1)"));
   if (n == 2) {
     draw.coordinate("a1", "w1", "m1*l1**2");
     draw.mass(0, 1, "m1*l0*l1*cos(q[0]-q[1])");
     draw.force(0, "-m1*l0*l1*sin(q[0]-q[1])*v[1]**2");
     draw.force(1, "m1*l0*l1*sin(q[0]-q[1])*v[0]**2");
     draw.force(1, "-m1*9.81*l1*sin(q[1])");
-    draw.potential("-m1*9.81*l1*cos(q[1])");
   }
+  return n;
+}
+
+// The pendulum of draw_point_masses_on_rods(), with the tip at (x, y), y upwards from the hinge:
+//
+//   x = l0 sin(q_0) + l1 sin(q_1),   y = -l0 cos(q_0) - l1 cos(q_1)
+//
+// between walls at some distance from where the tip starts, and above a rough floor.
+void draw_pendulum(SceneDraw& draw) {
+  const int n = draw_point_masses_on_rods(draw);
+  draw.potential(fmt::format("-{}*9.81*l0*cos(q[0])", n == 1 ? "m0" : "(m0+m1)"));
+  if (n == 2) draw.potential("-m1*9.81*l1*cos(q[1])");
   const std::string x = n == 1 ? "l0*sin(q[0])" : "l0*sin(q[0])+l1*sin(q[1])";
   const std::string x0 = n == 1 ? "l0*sin(a0)" : "l0*sin(a0)+l1*sin(a1)";
   const std::string depth = n == 1 ? "l0*cos(q[0])" : "l0*cos(q[0])+l1*cos(q[1])";
