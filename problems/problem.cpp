@@ -7,6 +7,7 @@
 #include <Eigen/SparseCholesky>
 #include <cmath>
 
+#include "problems/dense_solve.h"
 #include "problems/initial_state.h"
 #include "problems/input_error.h"
 
@@ -22,6 +23,10 @@ Vector Problem::force(const Vector& q, const Vector& v) const {
   Vector f(n_q());
   force(q.data(), v.data(), info_.u.data(), f.data());
   return f;
+}
+
+Vector Problem::free_acceleration(const Vector& q, const Vector& v) const {
+  return CholeskyFactors(mass_matrix(q)).solve(force(q, v));
 }
 
 Vector Problem::gap(const Vector& q) const {

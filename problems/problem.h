@@ -324,12 +324,13 @@ class Problem {
   virtual SymbolicProblem* symbolic() { return nullptr; }  ///< The same, to change its parameters.
 
   // Dense views for code outside the time step.
-  Matrix mass_matrix(const Vector& q) const;             ///< n_q x n_q
-  Vector force(const Vector& q, const Vector& v) const;  ///< n_q, at the control info().u
-  Vector gap(const Vector& q) const;                     ///< n_c [m]
-  Matrix normal_jacobian(const Vector& q) const;         ///< n_q x n_c
-  Matrix tangent_jacobian(const Vector& q) const;        ///< n_q x n_lambda_t
-  Vector friction_coefficients(const Vector& q) const;   ///< n_c
+  Matrix mass_matrix(const Vector& q) const;                         ///< n_q x n_q
+  Vector force(const Vector& q, const Vector& v) const;              ///< n_q, at the control info().u
+  Vector free_acceleration(const Vector& q, const Vector& v) const;  ///< n_q, M^-1 f: without contact forces
+  Vector gap(const Vector& q) const;                                 ///< n_c [m]
+  Matrix normal_jacobian(const Vector& q) const;                     ///< n_q x n_c
+  Matrix tangent_jacobian(const Vector& q) const;                    ///< n_q x n_lambda_t
+  Vector friction_coefficients(const Vector& q) const;               ///< n_c
   /// Friction forces or impulses of the contacts, n_lambda_t: `lambda_t` at q without (9).
   Vector friction_forces(const Vector& q, Vector lambda_t) const;
   /// Columns of J, which is J_n or J_t, as the directions of their forces: zero at the clock.

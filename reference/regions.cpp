@@ -6,7 +6,6 @@
 #include <cmath>
 #include <limits>
 
-#include "problems/dense_solve.h"
 #include "problems/regions/region_problems.h"
 #include "reference/stop.h"
 
@@ -75,38 +74,37 @@ bool have_same_contacts(const Problem& here, const Problem& beyond, const Vector
          here.tangent_jacobian(q) == beyond.tangent_jacobian(q);
 }
 
-/// delta of (1) at a state of a region. Beyond psi_k = 0 another function may vanish together with psi_k, as in
-/// max(max(q, 0) (1 + v), 0): so the formulas of the `whole` problem count, too.
+/// Sets delta of (1), and the limits of (2), infinite where delta is the least, for a run from the initial state of the
+/// region `here`. Beyond psi_k = 0 another function may vanish together with psi_k, as in max(max(q, 0) (1 + v), 0): so
+/// the formulas of the `whole` problem count, too.
 /// @param is_passed  whether borders are passed again and again
-/// @param until      ProblemInfo::until, where formulas do not change but the run ends
 /// @param across(k)  the region beyond psi_k = 0
-/// @param limits     out: of (2), infinite where delta is the least
-Vector offsets_of(const Problem& whole, const Problem& here, const Vector& q, const Vector& v, double tolerance,
-                  bool is_passed, int until, const auto& across, Vector& limits) {
+void set_borders(const Problem& whole, const Problem& here, bool is_passed, const auto& across,
+                 EventLocatedSettings& settings) {
+  const Vector &q = here.info().q0, &v = here.info().v0;
   const Eigen::Index n = q.size(), n_s = std::ssize(here.info().region);
   Matrix D(n_s, 2 * n + std::ssize(here.info().parameters));
   here.switching_derivative(q.data(), v.data(), D.data());
-  const auto acceleration = [](const Problem& problem, const Vector& at_q, const Vector& at_v) {
-    return Vector(CholeskyFactors(problem.mass_matrix(at_q)).solve(problem.force(at_q, at_v)));
-  };
   const Vector size = here.switching_sizes(q, v);
-  Vector offsets(n_s), psi(n_s);
+  Vector &offsets = settings.border_offset, &limits = settings.border_limit;
+  Vector psi(n_s);
   here.switching(q.data(), v.data(), psi.data());
+  offsets = std::max(kRoundedZero, 0.1 * settings.tolerance) * size;
   limits = Vector::Constant(n_s, std::numeric_limits<double>::infinity());
+  if (!is_passed) return;
   for (Eigen::Index k = 0; k < n_s; ++k) {
     const Vector slope = D.row(k).head(2 * n);
-    offsets[k] = std::max(kRoundedZero, 0.1 * tolerance) * size[k];
-    if (!is_passed || !(slope.squaredNorm() > 0) || k == until) continue;
+    if (!(slope.squaredNorm() > 0) || k == whole.info().until) continue;
     const Problem& beyond = across(static_cast<int>(k));
     for (double delta = kLargestOffset * size[k]; delta > offsets[k] && delta >= std::abs(psi[k]); delta *= 0.1) {
       bool is_negligible = true;
       for (const double to : {-delta, delta}) {  // the nearest states with psi_k = to
         const double way = (to - psi[k]) / slope.squaredNorm();
         const Vector at_q = q + way * slope.head(n), at_v = v + way * slope.tail(n);
-        const Vector a = acceleration(here, at_q, at_v);
+        const Vector a = here.free_acceleration(at_q, at_v);
+        const double least = kNegligible * settings.tolerance * a.norm();
         for (const Problem* other : {&beyond, &whole})
-          is_negligible =
-              is_negligible && (a - acceleration(*other, at_q, at_v)).norm() <= kNegligible * tolerance * a.norm();
+          is_negligible = is_negligible && (a - other->free_acceleration(at_q, at_v)).norm() <= least;
         is_negligible = is_negligible && have_same_contacts(here, beyond, at_q);
       }
       if (!is_negligible) continue;
@@ -115,7 +113,6 @@ Vector offsets_of(const Problem& whole, const Problem& here, const Vector& q, co
       break;
     }
   }
-  return offsets;
 }
 
 }  // namespace
@@ -157,14 +154,12 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
     here.set_initial_state(whole.q, whole.v);
     here.set_end_time(until - begin);
     EventLocatedSettings of_region = settings;
-    of_region.border_offset = offsets_of(
-        problem, here, whole.q, whole.v, settings.tolerance, crossings > kFewCrossings, info.until,
-        [&](int k) -> const Problem& {
-          std::vector<int> beyond = signs;
-          beyond[static_cast<std::size_t>(k)] *= -1;
-          return regions.at(beyond);
-        },
-        of_region.border_limit);
+    const auto across = [&](int k) -> const Problem& {
+      std::vector<int> beyond = signs;
+      beyond[static_cast<std::size_t>(k)] *= -1;
+      return regions.at(beyond);
+    };
+    set_borders(problem, here, crossings > kFewCrossings, across, of_region);
     of_region.in_flight = in_flight;
     RegionPiece piece = integrate_in_region(here, of_region);
     in_flight = std::move(piece.in_flight);

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 
-#include "problems/dense_solve.h"
 #include "problems/packed_column.h"
 
 namespace ricochet::reference {
@@ -48,7 +47,7 @@ double first_flight(const Problem& problem) {
   const double T = info.end_time;
   const Matrix J = problem.normal_jacobian(info.q0);
   const Vector gap = problem.gap(info.q0), rate = J.transpose() * info.v0;
-  const Vector free = CholeskyFactors(problem.mass_matrix(info.q0)).solve(problem.force(info.q0, info.v0));
+  const Vector free = problem.free_acceleration(info.q0, info.v0);
   const Vector a = J.transpose() * free + problem.gap_acceleration_bias(info.q0, info.v0);
   double first = T / 10;
   for (const int i : info.unilateral) {

@@ -37,11 +37,6 @@ bool RegionRun::stop(Status status, const std::string& message) {
   return false;
 }
 
-/// Without contact forces.
-Vector RegionRun::acceleration(const Problem& here) const {
-  return CholeskyFactors(here.mass_matrix(total_.q)).solve(here.force(total_.q, total_.v));
-}
-
 /// The sign of psi_k, as the formulas of the branches that hold there give it; that of a zero is 1 at first.
 std::vector<int> RegionRun::signs_at(const Vector& q, const Vector& v) const {
   std::vector<double> psi(problem_.info().switches.size());
@@ -265,7 +260,7 @@ Eigen::RowVectorXd RegionRun::border_variation(int k, const Problem& here, const
 /// (2)
 bool RegionRun::vary_border(int k, const Problem& before, const Problem& after) {
   if (piece_variables_.empty()) return true;
-  const Vector a = acceleration(before), jump = a - acceleration(after);
+  const Vector a = before.free_acceleration(total_.q, total_.v), jump = a - after.free_acceleration(total_.q, total_.v);
   if (jump.norm() <= kSmooth * a.norm()) return true;
   if (std::ranges::any_of(modes_, is_closed))
     return stop(
@@ -288,7 +283,7 @@ bool RegionRun::end_at_until() {
                     "are not available",
                     total_.t, problem_.info().switches[problem_.info().until].formula));
   const Problem& here = regions_.at(signs_);
-  const Vector a = acceleration(here);
+  const Vector a = here.free_acceleration(total_.q, total_.v);
   const Eigen::RowVectorXd d_tau = border_variation(problem_.info().until, here, a);
   S_.topRows(total_.q.size()) += total_.v * d_tau;
   S_.bottomRows(total_.q.size()) += a * d_tau;

@@ -32,7 +32,7 @@ namespace ricochet {
 ///
 ///         S+ = S- + (x'- - x'+) d tau,   d tau = -(d psi_k/dx S- + d psi_k/dp) / (d psi_k/dt)                     (2)
 ///
-/// Where ProblemInfo::until = psi_k ends the run (all contacts open), derivatives are those of the end,
+/// Derivatives of a run that ends at ProblemInfo::until = psi_k, with all contacts open, are those of the end:
 ///
 ///         S = S- + x' d tau                                                                                       (3)
 ///
@@ -58,7 +58,6 @@ class RegionRun {
   bool flip(int k);
   void begin_sensitivities();
   void chain(Solution& piece);
-  Vector acceleration(const Problem& here) const;
   Eigen::RowVectorXd border_variation(int k, const Problem& here, const Vector& a) const;
   bool vary_border(int k, const Problem& before, const Problem& after);
   bool end_at_until();

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <mutex>
 
-#include "problems/dense_solve.h"
 #include "problems/derivatives/symbolic_problem.h"
 
 namespace ricochet {
@@ -110,7 +109,7 @@ std::string ambiguous_start(const Problem& problem, RegionProblems& regions, con
         region.switching_derivative(at_q.data(), v.data(), D.data());
         return Vector(D.row(k).head(2 * n));
       };
-      const Vector slope = slope_at(q), a = CholeskyFactors(region.mass_matrix(q)).solve(region.force(q, v));
+      const Vector slope = slope_at(q), a = region.free_acceleration(q, v);
       const Vector of_q = slope.head(n), of_v = slope.tail(n);
       const double rate = of_q.dot(v) + of_v.dot(a), terms = of_q.cwiseAbs().dot(v.cwiseAbs()) + size[k];
       if (!of_v.isZero(0) || std::abs(rate) > kZero * terms) return sigma * rate;
