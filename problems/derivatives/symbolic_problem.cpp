@@ -75,14 +75,7 @@ void for_each_list(SymbolicModel& model, const auto& visit) {
 
 /// Adds the clock, Problem (7), as the last coordinate if the model depends on time. @return whether it does
 bool add_clock(SymbolicModel& model) {
-  if (depends_on(model.control, {model.t})) {
-    for (std::size_t row = 0; row < model.input.size(); ++row) {
-      for (std::size_t k = 0; k < model.control.size(); ++k) model.force[row] += model.input[row][k] * model.control[k];
-    }
-    model.input.clear();
-    model.control.clear();
-    model.u.clear();
-  }
+  add_control_of_time(model);
   bool has_time = model.has_clock || (model.until && model.until->has(model.t));
   for_each_list(model, [&](const std::vector<ex>& list) { has_time = has_time || depends_on(list, {model.t}); });
   for (const auto& contact : model.contacts) {
@@ -112,6 +105,16 @@ bool add_clock(SymbolicModel& model) {
 std::mutex& formulas_mutex() {
   static std::mutex mutex;
   return mutex;
+}
+
+void add_control_of_time(SymbolicModel& model) {
+  if (!depends_on(model.control, {model.t})) return;
+  for (std::size_t row = 0; row < model.input.size(); ++row) {
+    for (std::size_t k = 0; k < model.control.size(); ++k) model.force[row] += model.input[row][k] * model.control[k];
+  }
+  model.input.clear();
+  model.control.clear();
+  model.u.clear();
 }
 
 SymbolicModel normalized(SymbolicModel model) {
@@ -528,21 +531,20 @@ void SymbolicProblem::switching_derivative(const double* q, const double* v, dou
 
 std::unique_ptr<Problem> SymbolicProblem::in_region(std::span<const int> signs) const {
   if (!switched_) return nullptr;
-  SymbolicModel model = ricochet::in_region(*switched_, signs);
-  for (std::size_t k = 0; k < model.parameters.size(); ++k) model.parameters[k].value = info_.parameters[k].value;
-  return as_here(std::make_unique<SymbolicProblem>(std::move(model)));
+  return as_here(ricochet::in_region(*switched_, signs));
 }
 
 std::unique_ptr<Problem> SymbolicProblem::without_until() const {
   SymbolicModel model = stated_;
   model.has_clock = info_.clock >= 0;
   model.until.reset();
-  for (std::size_t k = 0; k < model.parameters.size(); ++k) model.parameters[k].value = info_.parameters[k].value;
-  return as_here(std::make_unique<SymbolicProblem>(std::move(model)));
+  return as_here(std::move(model));
 }
 
-/// The `problem`, whose formulas follow from those of this one, with what has been set here.
-std::unique_ptr<Problem> SymbolicProblem::as_here(std::unique_ptr<SymbolicProblem> problem) const {
+/// The problem of a `model` that follows from this one, with what has been set here.
+std::unique_ptr<Problem> SymbolicProblem::as_here(SymbolicModel model) const {
+  for (std::size_t k = 0; k < model.parameters.size(); ++k) model.parameters[k].value = info_.parameters[k].value;
+  auto problem = std::make_unique<SymbolicProblem>(std::move(model));
   problem->info_.u = info_.u;
   problem->info_.end_time = info_.end_time;
   problem->info_.impact_law = info_.impact_law;

@@ -90,6 +90,9 @@ struct SymbolicModel {
 /// GiNaC's reference counts have no locks: problems are made and destroyed by one thread at a time, with this lock.
 std::mutex& formulas_mutex();
 
+/// Makes a control of the `model` that depends on time a part of the force.
+void add_control_of_time(SymbolicModel& model);
+
 /// The `model` with real symbols, and without tangents and drives of contacts that have no friction.
 SymbolicModel normalized(SymbolicModel model);
 
@@ -173,7 +176,7 @@ class SymbolicProblem : public Problem {
  private:
   using Expressions = SymbolicModel::Expressions;
 
-  std::unique_ptr<Problem> as_here(std::unique_ptr<SymbolicProblem> problem) const;
+  std::unique_ptr<Problem> as_here(SymbolicModel model) const;
   void make_programs(const std::vector<StraightLineProgram::Constant>& constants);
   void describe_contacts();
   void describe_structure();

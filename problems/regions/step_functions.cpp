@@ -67,17 +67,6 @@ ex blended(ex e, const SwitchedModel& switched, const std::vector<symbol>& theta
   return e.subs(affine, GiNaC::subs_options::no_pattern);
 }
 
-/// A control that depends on time is part of the force, as for every method.
-void add_control_of_time(SymbolicModel& model) {
-  if (std::ranges::none_of(model.control, [&](const ex& e) { return e.has(model.t); })) return;
-  for (std::size_t row = 0; row < model.input.size(); ++row) {
-    for (std::size_t k = 0; k < model.control.size(); ++k) model.force[row] += model.input[row][k] * model.control[k];
-  }
-  model.input.clear();
-  model.control.clear();
-  model.u.clear();
-}
-
 }  // namespace
 
 Vector StepFunctions::sides(const Vector& q, const Vector& v) const {
