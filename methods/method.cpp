@@ -118,13 +118,10 @@ void Method::require_support(const ProblemInfo& problem) const {
 
 Solution Method::solve(const Problem& problem, const Settings& settings) const {
   require_support(problem.info());
-  if (runs_by_regions(info(), problem.info())) return prepare(problem)->solve(settings);
+  if (runs_by_regions(info(), problem.info()) || needs_until(info(), problem.info()))
+    return prepare(problem)->solve(settings);
   check(info(), problem.info(), settings);
-  const Settings with = with_events(settings, problem.info());
-  Solution solution = guarded(problem, [&] {
-    if (!needs_until(info(), problem.info())) return do_solve(problem, with);
-    return run_until(problem, with, [&](const Problem& of, const Settings& s) { return do_solve(of, s); });
-  });
+  Solution solution = guarded(problem, [&] { return do_solve(problem, with_events(settings, problem.info())); });
   complete(info(), problem, settings, solution);
   return solution;
 }

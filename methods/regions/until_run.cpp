@@ -24,7 +24,7 @@ void search_grid(const Solution& solution, UntilWatch& watch) {
   }
 }
 
-/// What of the run lies before `t` [s].
+/// Removes the part of the run after `t` [s].
 void keep_until(double t, Solution& solution) {
   solution.counters.events -=
       static_cast<std::int64_t>(std::erase_if(solution.events, [&](const Event& event) { return event.t > t; }));
@@ -36,11 +36,8 @@ void keep_until(double t, Solution& solution) {
 
 UntilWatch::UntilWatch(const Problem& problem)
     : problem_(problem), values_(std::ssize(problem.info().switches)), q_(problem.info().q0), v_(problem.info().v0) {
-  sign_ = 1;
+  find_sign(q_, v_);
   psi_begin_ = psi(q_, v_);
-  if (std::abs(psi_begin_) <= kRounding / kZero * zero(q_, v_)) sign_ = 0;
-  if (psi_begin_ < 0) sign_ = -sign_;
-  psi_begin_ = std::abs(psi_begin_);
 }
 
 double UntilWatch::psi(const Vector& q, const Vector& v) {
@@ -48,18 +45,20 @@ double UntilWatch::psi(const Vector& q, const Vector& v) {
   return sign_ * values_[problem_.info().until];
 }
 
-double UntilWatch::zero(const Vector& q, const Vector& v) {
-  return kZero * problem_.switching_sizes(q, v)[problem_.info().until];
+double UntilWatch::size(const Vector& q, const Vector& v) const {
+  return problem_.switching_sizes(q, v)[problem_.info().until];
+}
+
+void UntilWatch::find_sign(const Vector& q, const Vector& v) {
+  sign_ = 1;
+  const double value = psi(q, v);
+  sign_ = std::abs(value) <= kRounding * size(q, v) ? 0 : value < 0 ? -1 : 1;
 }
 
 bool UntilWatch::ends(double t, const Vector& q, const Vector& v) {
   was_called_ = true;
   if (has_ended_) return true;
-  if (sign_ == 0) {
-    sign_ = 1;
-    const double value = psi(q, v);
-    sign_ = std::abs(value) <= kRounding / kZero * zero(q, v) ? 0 : value < 0 ? -1 : 1;
-  }
+  if (sign_ == 0) find_sign(q, v);
   const double value = psi(q, v);
   if (value < 0) {
     has_ended_ = true;
@@ -92,7 +91,7 @@ Solution run_until(const Problem& problem, const Settings& settings,
   whole.t = watch.begin();
   whole.q = watch.q();
   whole.v = watch.v();
-  const double zero = watch.zero(whole.q, whole.v);
+  const double zero = kZero * watch.size(whole.q, whole.v);
   if (watch.inside() <= zero && whole.t > 0) return whole;
   std::unique_ptr<Problem> last_step;
   {

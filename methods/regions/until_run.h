@@ -19,16 +19,18 @@ class UntilWatch {
   bool was_called() const { return was_called_; }
 
   bool has_ended() const { return has_ended_; }
-  double begin() const { return begin_; }         ///< of the step in which it vanishes [s]
-  double end() const { return end_; }             ///< of that step [s]
-  const Vector& q() const { return q_; }          ///< n_q, at its begin
-  const Vector& v() const { return v_; }          ///< n_q, there
-  double inside() const { return psi_begin_; }    ///< sigma psi at its begin, > 0
-  double outside() const { return psi_end_; }     ///< sigma psi at its end, < 0
-  double psi(const Vector& q, const Vector& v);   ///< sigma psi
-  double zero(const Vector& q, const Vector& v);  ///< a rounded zero of psi there
+  double begin() const { return begin_; }               ///< of the step in which it vanishes [s]
+  double end() const { return end_; }                   ///< of that step [s]
+  const Vector& q() const { return q_; }                ///< n_q, at its begin
+  const Vector& v() const { return v_; }                ///< n_q, there
+  double inside() const { return psi_begin_; }          ///< sigma psi at its begin, > 0
+  double outside() const { return psi_end_; }           ///< sigma psi at its end, < 0
+  double psi(const Vector& q, const Vector& v);         ///< sigma psi
+  double size(const Vector& q, const Vector& v) const;  ///< of the terms of psi there
 
  private:
+  void find_sign(const Vector& q, const Vector& v);
+
   const Problem& problem_;
   Vector values_, q_, v_;
   double sign_ = 0;  // sigma; 0 while psi is a rounded zero
