@@ -67,8 +67,8 @@ struct BodyShapeOf {
   std::array<T, 3> position{};  ///< of its centre in the body's axes, from the centre of mass [m]
   std::array<T, 3> angles{};    ///< Cardan angles as in BodyRotation::cardan, of the shape relative to the body [rad]
   std::string name{};           ///< in scene files; no other shape has it
-  /// Of a polygon, in its axes [m]. All turns are to the left: the solid is the intersection of the half-planes of its
-  /// faces; of an open chain also to the right: their union.
+  /// Of a polygon, in its axes [m]. If its turns go to the left, the solid is the intersection of the half-planes of its
+  /// faces. The turns of an open chain may go to the right: the solid is their union then.
   std::vector<std::array<T, 3>> corners{};
   bool is_open = false;     ///< a chain, whose first and last face have no end
   bool is_concave = false;  ///< a chain with turns to the right

@@ -77,7 +77,7 @@ class Flights {
     return !moves_along_[i] && last_impact_[i] >= 0 && t - last_impact_[i] < kAccumulation * zeno_interval_;
   }
 
-  /// By contact: it has left. At the top of its flight its rate vanishes, and its gap is no error.
+  /// Whether each contact has left. Its gap is no error then, also at the top of the flight, where the rate vanishes.
   std::vector<char> in_flight() const;
 
   /// Offset of (2); zero for contacts that have left, and for closed ones.

@@ -29,8 +29,8 @@ struct JudgeOptions {
 ///   m  moreau_jean                             thousands of steps
 ///   e  event_driven                            tolerance 1e-10
 ///
-/// Where formulas bend or jump, or a scene has friction elements, all other methods with code of their own for it are
-/// judged, too:
+/// Other methods have code of their own for formulas that bend or jump, and for friction elements. On scenes with these
+/// they are judged, too:
 ///
 ///   b  ida, arkode, fesd_adaptive:gauss:4, extrapolated_moreau   tolerance 1e-10
 ///   o  event_capturing,order=3                                   a few hundred steps

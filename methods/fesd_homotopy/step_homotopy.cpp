@@ -291,7 +291,7 @@ void StepHomotopy::add_branch_changes(double from, double to, Vector& q, Vector&
   }
 }
 
-/// Where elements of a flight from (q, v) end besides of the step's end, the first N_FE - 1.
+/// The first N_FE - 1 boundaries between elements in a step that begins at (q, v).
 std::vector<StepHomotopy::Boundary> StepHomotopy::boundaries(const Vector& q, const Vector& v, bool has_impact) const {
   std::vector<Boundary> all;
   const Approach nearest = nearest_approach(q, v);

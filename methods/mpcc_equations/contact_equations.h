@@ -33,7 +33,7 @@ namespace ricochet {
 /// A friction element (Problem (8)) is such a contact without its degenerate parts: its coordinate z and v_z are the
 /// constant 0, so that the dynamics state lambda_n = F, and gaps, impulses and laws of impacts are left out.
 ///
-/// Where formulas of forces bend or jump, they are functions of theta (problems/regions/step_functions.h), with
+/// Formulas of forces that bend or jump are functions of theta (problems/regions/step_functions.h), with
 ///
 ///   psi_k(q, v, theta) = a_k - b_k,   0 <= a_k  _|_  1 - theta_k >= 0,   0 <= b_k  _|_  theta_k >= 0       (5)
 ///

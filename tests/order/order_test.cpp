@@ -254,7 +254,7 @@ TEST(FrictionElements, OrdersThroughStickAndSlip) {
 /// one set of smooth formulas. Through slip that reverses: Radau IIA and Gauss.
 class Branches : public testing::TestWithParam<Case> {};
 
-/// What a fitted order may lack through borders: steps are divided there, so that the error depends on their place.
+/// A fitted order may differ by this: borders divide steps, and the error depends on the place of the border in a step.
 constexpr double kBorderSlack = 0.5;
 
 TEST_P(Branches, KeepTheOrderOfTheTableau) {
