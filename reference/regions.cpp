@@ -14,14 +14,15 @@ namespace {
 
 constexpr double kTimeShare = 1e-12;  // of the end time: borders at one time, and zeros of functions of time
 constexpr double kRoundedZero = 1e-13, kLargestOffset = 1e-3;  // of the terms of psi_k, (1)
+constexpr double kLeftOffset = 1e-9;                           // likewise, of a border on which the motion has slid
 constexpr double kNegligible = 0.01;                           // of the tolerance
 constexpr double kChatter = 1e-6;  // of the end time: a border is passed to and fro, because of the offset (1)
 constexpr int kMostCrossings = 40, kFewCrossings = 6;  // of them
 constexpr int kClockSpans = 128;                       // of the clock, that are bounded first
 
-/// The values of all functions at a state of the whole problem.
+/// The values of all functions at a state of the whole problem, or of a region.
 Vector functions_at(const Problem& problem, const Vector& q, const Vector& v) {
-  Vector psi(std::ssize(problem.info().switches));
+  Vector psi(std::ssize(problem.info().switches) + std::ssize(problem.info().region));  // one of them is empty
   problem.switching(q.data(), v.data(), psi.data());
   return psi;
 }
@@ -78,8 +79,8 @@ bool have_same_contacts(const Problem& here, const Problem& beyond, const Vector
 /// region `here`. Beyond psi_k = 0 another function may vanish together with psi_k, as in max(max(q, 0) (1 + v), 0): so
 /// the formulas of the `whole` problem count, too.
 /// @param is_passed  whether borders are passed again and again
-/// @param across(k)  the region beyond psi_k = 0
-void set_borders(const Problem& whole, const Problem& here, bool is_passed, const auto& across,
+/// @param is_sliding(k)  whether the motion slides on psi_k = 0, @param across(k)  the region beyond psi_k = 0
+void set_borders(const Problem& whole, const Problem& here, bool is_passed, const auto& is_sliding, const auto& across,
                  EventLocatedSettings& settings) {
   const Vector &q = here.info().q0, &v = here.info().v0;
   const Eigen::Index n = q.size(), n_s = std::ssize(here.info().region);
@@ -94,7 +95,7 @@ void set_borders(const Problem& whole, const Problem& here, bool is_passed, cons
   if (!is_passed) return;
   for (Eigen::Index k = 0; k < n_s; ++k) {
     const Vector slope = D.row(k).head(2 * n);
-    if (!(slope.squaredNorm() > 0) || k == whole.info().until) continue;
+    if (!(slope.squaredNorm() > 0) || k == whole.info().until || is_sliding(static_cast<int>(k))) continue;
     const Problem& beyond = across(static_cast<int>(k));
     for (double delta = kLargestOffset * size[k]; delta > offsets[k] && delta >= std::abs(psi[k]); delta *= 0.1) {
       bool is_negligible = true;
@@ -145,9 +146,19 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
                     kRoundedZero * problem.switching_sizes(whole.q, whole.v)[info.until];
   std::vector<ContactMode> modes;
   std::vector<char> in_flight;
+  std::string why_not;  // a motion that slides is not followed
+  const auto goes_on_sliding = [&](int k) {
+    return slides(problem, regions, signs, k, whole.q, whole.v, modes, why_not);
+  };
+  const Vector at_start = functions_at(problem, whole.q, whole.v), size = problem.switching_sizes(whole.q, whole.v);
+  for (int k = 0; k < at_start.size() && whole.succeeded(); ++k) {
+    const bool is_border = !info.switches[k].is_of_time && k != info.until;
+    if (is_border && std::abs(at_start[k]) <= kRoundedZero * size[k] && goes_on_sliding(k)) signs[k] = 0;
+  }
   auto next_time = times.begin();
   int crossings = 0;
   double last_crossing = -1;
+  int left = -1;  // the border on which the motion slid before this piece: psi = O(t^2)
   while (whole.t < T && whole.succeeded()) {
     Problem& here = regions.at(signs);
     const double begin = whole.t, until = next_time == times.end() ? T : *next_time;
@@ -159,11 +170,20 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
       beyond[static_cast<std::size_t>(k)] *= -1;
       return regions.at(beyond);
     };
-    set_borders(problem, here, crossings > kFewCrossings, across, of_region);
+    const auto is_sliding = [&](int k) { return signs[static_cast<std::size_t>(k)] == 0; };
+    set_borders(problem, here, crossings > kFewCrossings, is_sliding, across, of_region);
+    if (left >= 0) of_region.border_offset[left] = kLeftOffset * here.switching_sizes(whole.q, whole.v)[left];
+    left = -1;
     of_region.in_flight = in_flight;
     RegionPiece piece = integrate_in_region(here, of_region);
     in_flight = std::move(piece.in_flight);
     const int border = piece.solution.exit.function;
+    if (const int contact = acting_contact(here, piece.solution); contact >= 0) {
+      stop(whole, Status::infeasible, whole.t,
+           fmt::format("afterwards the motion slides where a formula jumps, and '{}', which acts on that, touches",
+                       info.contacts[contact].name));
+      break;
+    }
     append(info, std::move(piece.solution), whole, modes);
     if (!whole.succeeded()) break;
     if (border < 0) {
@@ -174,7 +194,8 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
       if (info.until >= 0 && signs[info.until] != before[info.until]) break;
       continue;
     }
-    if (signs[border] * functions_at(problem, whole.q, whole.v)[border] > of_region.border_offset[border]) {  // (2)
+    const double psi = here.info().region[border] * functions_at(here, whole.q, whole.v)[border];
+    if (psi > of_region.border_offset[border]) {  // (2)
       crossings = 0;
       continue;
     }
@@ -183,11 +204,18 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
     last_crossing = whole.t;
     if (crossings > 2 * std::ssize(signs) + kMostCrossings) {
       stop(whole, Status::infeasible, whole.t,
-           fmt::format("the motion slides on {} = 0, where a formula jumps, or impacts accumulate there",
-                       info.switches[border].formula));
+           fmt::format("the motion slides on {} = 0, where a formula jumps, or impacts accumulate there{}",
+                       info.switches[border].formula, why_not.empty() ? "" : ": " + why_not));
       break;
     }
-    signs[border] = -signs[border];
+    hold_on_borders(regions, signs, whole.q, whole.v);
+    if (signs[border] == 0) {
+      signs[border] = side_of_exit(regions, signs, border, whole.q, whole.v);
+      left = border;
+    } else {
+      signs[border] = goes_on_sliding(border) ? 0 : -signs[border];
+    }
+    hold_on_borders(regions, signs, whole.q, whole.v);
     const Problem& next = regions.at(signs);
     const std::string jump = jumped_gap(next, whole.q, info.switches[border]);
     if (!jump.empty()) stop(whole, Status::infeasible, whole.t, jump);

@@ -17,8 +17,9 @@ namespace ricochet::reference {
 ///     sigma_k psi_k < 2 delta_k                                                                                   (2)
 ///
 /// Zeros of functions of time alone are end times of the runs before them. The zero of ProblemInfo::until ends the run,
-/// but not if it is that of the start. If both sides of a border lead back to it, the run ends with Status::infeasible
-/// and the formula. Uses nothing of methods/.
+/// but not if it is that of the start. If both sides of a border lead back to it, the motion slides on it, in a region of
+/// its own (problems/regions/sliding.h), and the run ends with Status::infeasible and the formula where there is none.
+/// Uses nothing of methods/.
 Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings& settings);
 
 struct RegionPiece {

@@ -39,6 +39,7 @@ BorderPiece search_border(const RegionExit& exit, double zero, double shortest, 
     double h = (a * f_b - b * f_a) / (f_b - f_a);  // the secant
     if (!(h > a && h < b)) h = 0.5 * (a + b);
     if (n > kBisections && n % 3 == 0) h = 0.5 * (a + b);
+    if (b - a > shortest) h = std::clamp(h, a + 0.5 * shortest, b - 0.5 * shortest);
     Solution piece = run(h);
     if (!piece.succeeded()) return {std::move(piece), h};
     const double f = psi(piece);

@@ -6,6 +6,7 @@ namespace ricochet {
 namespace {
 
 constexpr double kRounding = 1e-12, kOfTolerance = 0.01;  // of (1)
+constexpr double kTangential = 1e-6;                      // of the terms of a rate: zero, where s_k = +-1 was located
 
 }  // namespace
 
@@ -15,20 +16,41 @@ RegionBorder::RegionBorder(const Problem& problem, const Settings& settings) : p
   relative_ = std::max(kRounding, kOfTolerance * settings.tolerance);
   psi_.setZero(n_);
   size_.setZero(n_);
+  is_leaving_.assign(static_cast<std::size_t>(n_), 0);
   measure(problem.info().q0, problem.info().v0);
+  find_tangential_start();
+}
+
+void RegionBorder::find_tangential_start() {
+  const Vector &q = problem_.info().q0, &v = problem_.info().v0;
+  outside(q, v);
+  if ((psi_.cwiseAbs().array() > relative_ * size_.array()).all()) return;
+  Matrix D(n_, 2 * q.size() + std::ssize(problem_.info().parameters));
+  problem_.switching_derivative(q.data(), v.data(), D.data());
+  Vector x_rate(2 * q.size());
+  x_rate << v, problem_.free_acceleration(q, v);
+  for (int k = 0; k < n_; ++k) {
+    const auto slope = D.row(k).head(x_rate.size());
+    const double terms = slope.cwiseAbs().dot(x_rate.cwiseAbs());
+    is_leaving_[k] = std::abs(psi_[k]) <= relative_ * size_[k] && std::abs(slope.dot(x_rate)) <= kTangential * terms;
+  }
 }
 
 void RegionBorder::measure(const Vector& q, const Vector& v) {
   size_ = size_.cwiseMax(problem_.switching_sizes(q, v));
 }
 
-/// The function that vanishes first on the chord to a `point` from the one before it, of those outside at `point`.
-int RegionBorder::earliest(int point) const {
+bool RegionBorder::is_outside(int k, double psi, int point) const {
+  return psi < -relative_ * size_[k] && (point == kPoints || is_leaving_[k] == 0);
+}
+
+/// The function that vanishes first on the chord from the point `last` to a `point`, of those outside at `point`.
+int RegionBorder::earliest(int last, int point) const {
   int found = -1;
   double least = 2;
   for (int k = 0; k < n_; ++k) {
-    const double before = left_[point - 1][k], after = left_[point][k];
-    if (after >= -relative_ * size_[k]) continue;
+    const double before = left_[last][k], after = left_[point][k];
+    if (!is_outside(k, after, point)) continue;
     const double part = before > 0 ? before / (before - after) : 0;
     if (part >= least) continue;
     least = part;

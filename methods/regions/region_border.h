@@ -1,5 +1,7 @@
 #pragma once
 
+#include <vector>
+
 #include "methods/method.h"
 #include "problems/problem.h"
 #include "problems/solution.h"
@@ -12,6 +14,10 @@ namespace ricochet {
 ///
 /// at 16 points of each step, x = (q, v). The threshold keeps bodies at rest, for which psi_k is a rounded zero, where
 /// they are. The border itself is located by RegionRun.
+///
+/// A motion that has slid on psi_k = 0 leaves it with the rate zero: psi_k = O(t^2), which is less than the error of a
+/// path between stages. As long as steps begin at psi_k = 0 and the first one did so with the rate zero, (1) is required
+/// of psi_k at their right ends only.
 class RegionBorder {
  public:
   /// Watches nothing unless `settings` ask for it.
@@ -30,12 +36,16 @@ class RegionBorder {
 
  private:
   static constexpr int kPoints = 16;
+  static constexpr double kResolved = 1e-14;  // of the time: shorter steps are seen at their ends
   void measure(const Vector& q, const Vector& v);
-  int earliest(int point) const;
+  void find_tangential_start();
+  bool is_outside(int k, double psi, int point) const;
+  int earliest(int last, int point) const;
 
   const Problem& problem_;
   int n_ = 0;
   double relative_ = 0;
+  std::vector<char> is_leaving_;  // n_s: the run began at psi_k = 0 with the rate zero, and is still there
   Vector psi_, size_, q_, v_;
   Vector left_[kPoints + 1];
 };
@@ -43,17 +53,23 @@ class RegionBorder {
 template <class State>
 bool RegionBorder::is_left(double h, const State& state, RegionExit& exit) {
   if (n_ == 0) return false;
-  for (int m = 0; m <= kPoints; ++m) {
+  const bool has_points = h > kResolved * (problem_.info().start_time() + problem_.info().end_time);  // else they round
+  const int stride = has_points ? 1 : kPoints;
+  for (int m = 0; m <= kPoints; m += stride) {
     state(static_cast<double>(m) / kPoints, q_, v_);
     if (m == 0) measure(q_, v_);
-    const int first = outside(q_, v_);
+    outside(q_, v_);
     left_[m] = psi_;
-    if (first < 0 || m == 0) continue;
-    const int k = earliest(m);
+    if (m == 0) {
+      for (int k = 0; k < n_; ++k) is_leaving_[k] = is_leaving_[k] && psi_[k] <= relative_ * size_[k];
+      continue;
+    }
+    const int k = earliest(m - stride, m);
+    if (k < 0) continue;
     exit.function = k;
     exit.outside = h * m / kPoints;
     exit.psi_outside = psi_[k];
-    for (--m; m > 0 && left_[m][k] <= relative_ * size_[k];) --m;
+    for (m -= stride; m > 0 && left_[m][k] <= relative_ * size_[k];) m -= stride;
     exit.inside = h * m / kPoints;
     exit.psi_inside = left_[m][k];
     return true;

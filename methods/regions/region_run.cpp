@@ -16,15 +16,16 @@
 namespace ricochet {
 namespace {
 
-constexpr double kSameTime = 1e-12;    // of the end time: two borders at one time
-constexpr double kLongestEnd = 1e-6;   // of the end time: within it the impact happens that ends the run
-constexpr double kGrid = 1e-9;         // of a step: on the grid
-constexpr double kZero = 4e-16;        // of the terms of psi_k: the border is located
-constexpr double kUnresolved = 1e-14;  // of the run: a step with no room for its equations
-constexpr double kShortest = 1e-15;    // of the run: what time can resolve
-constexpr double kOutside = 1e-12;     // of the terms of another psi_j, beyond its border
-constexpr double kDrift = 1e-6;        // of gaps and rates of closed contacts, relative
-constexpr double kSmooth = 1e-12;      // jump of an acceleration that is rounding, relative
+constexpr double kSameTime = 1e-12;     // of the end time: two borders at one time
+constexpr double kLongestEnd = 1e-6;    // of the end time: within it the impact happens that ends the run
+constexpr double kGrid = 1e-9;          // of a step: on the grid
+constexpr double kZero = 4e-16;         // of the terms of psi_k: the border is located
+constexpr double kUnresolved = 1e-14;   // of the run: a step with no room for its equations
+constexpr double kShortest = 1e-15;     // of the run: what time can resolve
+constexpr double kRoundedZero = 1e-13;  // of the terms of psi_k at the start
+constexpr double kOutside = 1e-12;      // of the terms of another psi_j, beyond its border
+constexpr double kDrift = 1e-6;         // of gaps and rates of closed contacts, relative
+constexpr double kSmooth = 1e-12;       // jump of an acceleration that is rounding, relative
 
 }  // namespace
 
@@ -54,7 +55,9 @@ void RegionRun::begin() {
   T_ = info.end_time;
   last_crossing_ = -1;
   crossings_ = 0;
+  left_ = -1;
   has_ended_ = false;
+  why_not_.clear();
   modes_.clear();
   piece_variables_.clear();
   signs_ = signs_at(total_.q, total_.v);
@@ -134,15 +137,44 @@ void RegionRun::take(Solution&& piece) {
   append(problem_.info(), std::move(piece), total_, modes_);
 }
 
+/// (e) @returns false, with a status, if a contact that acts on what the motion slides on touches
+bool RegionRun::is_free_to_slide(const Solution& piece) {
+  const int contact = acting_contact(regions_.at(signs_), piece);
+  return contact < 0 || stop(Status::infeasible,
+                             fmt::format("after t = {:.12g} s the motion slides where a formula jumps, and '{}', which "
+                                         "acts on that, touches. This is not followed",
+                                         total_.t, problem_.info().contacts[contact].name));
+}
+
+/// (e) Whether the first step to the side that leads away, from psi_k = 0, ends on the wrong side.
+bool RegionRun::comes_back(const RegionExit& exit) {
+  const int k = exit.function;
+  if (exit.inside > 0 || exit.outside <= 0 || total_.t != last_crossing_ || signs_[k] == 0) return false;
+  if (k == left_ && total_.t == left_at_) return true;
+  return crossings_ > 2 && k != problem_.info().until && !problem_.info().switches[k].is_of_time &&
+         can_slide(problem_, regions_, signs_, k, modes_, why_not_) &&
+         leaves_slowly(regions_, signs_, k, total_.q, total_.v);
+}
+
+/// (e) One step more, and then to the side that leads away. @returns false if the run has failed
+bool RegionRun::slide_on(const RegionExit& exit) {
+  signs_[exit.function] = 0;
+  Solution piece = run(exit.outside, 1, false);
+  const bool ok = is_free_to_slide(piece) && piece.succeeded();
+  take(std::move(piece));
+  return ok && change(exit.function, side_of_exit(regions_, signs_, exit.function, total_.q, total_.v));
+}
+
 /// (a) From the begin of the step that leaves the region. @returns false if the run has failed
 bool RegionRun::locate(const RegionExit& exit) {
   const int k = exit.function;
+  if (comes_back(exit)) return slide_on(exit);
   const Problem& here = regions_.at(signs_);
   const int n_s = static_cast<int>(signs_.size());
   Vector psi(n_s);
   const auto psi_at = [&](const Vector& q, const Vector& v) {
     here.switching(q.data(), v.data(), psi.data());
-    return signs_[k] * psi[k];
+    return here.info().region[k] * psi[k];
   };
   if (exit.inside == exit.outside) {  // (c)
     if (!piece_variables_.empty())
@@ -167,7 +199,8 @@ bool RegionRun::locate(const RegionExit& exit) {
   RegionExit bracket = exit;
   if (exit.inside == 0) {
     bracket.psi_inside = std::max(0.0, psi_at(total_.q, total_.v));
-    if (bracket.psi_inside <= zero) return cross(k);
+    const double way = std::abs(exit.psi_outside) / exit.outside * kShortest * (total_.t + T_);  // of psi in no time
+    if (bracket.psi_inside <= std::max(zero, way)) return cross(k);
   }
   BorderPiece found = search_border(
       bracket, zero, kShortest * (total_.t + T_), [&](double h) { return run(h, 1, false); },
@@ -184,12 +217,12 @@ bool RegionRun::locate(const RegionExit& exit) {
   here.switching(best.q.data(), best.v.data(), psi.data());
   const Vector size = here.switching_sizes(best.q, best.v);
   for (int j = 0; j < n_s; ++j) {
-    if (j == k || signs_[j] * psi[j] >= -kOutside * size[j]) continue;
+    if (j == k || here.info().region[j] * psi[j] >= -kOutside * size[j]) continue;
     return locate({.function = j,
                    .inside = 0,
                    .outside = found.length,
-                   .psi_inside = signs_[j] * at_start[j],
-                   .psi_outside = signs_[j] * psi[j]});
+                   .psi_inside = here.info().region[j] * at_start[j],
+                   .psi_outside = here.info().region[j] * psi[j]});
   }
   take(std::move(best));
   return cross(k);
@@ -290,7 +323,7 @@ bool RegionRun::end_at_until() {
   return true;
 }
 
-/// (c) The sign of psi_k changes, and that of others whose formula changes with it. @returns false if the motion slides
+/// (c) The sign of psi_k changes, and that of others whose formula changes with it. @returns false if the run ends
 bool RegionRun::cross(int k) {
   if (k == problem_.info().until && total_.t > kSameTime * T_) return end_at_until();
   const bool is_same = last_crossing_ >= 0 && total_.t - last_crossing_ <= kSameTime * T_;
@@ -301,17 +334,41 @@ bool RegionRun::cross(int k) {
     return stop(
         Status::infeasible,
         fmt::format("at t = {:.12g} s: the motion slides on {} = 0, where a formula jumps: both of its sides lead "
-                    "back there. Only sliding by dry friction is followed",
-                    total_.t, problem_.info().switches[k].formula));
-  return flip(k);
+                    "back there{}",
+                    total_.t, problem_.info().switches[k].formula, why_not_.empty() ? "" : ". " + why_not_));
+  if (signs_[k] == 0) return change(k, side_of_exit(regions_, signs_, k, total_.q, total_.v));
+  return change(k, slides(k) ? 0 : -signs_[k]);
 }
 
-/// (c), (2) @returns false if the run ends
-bool RegionRun::flip(int k) {
+/// (e)
+bool RegionRun::slides(int k) {
+  return ricochet::slides(problem_, regions_, signs_, k, total_.q, total_.v, modes_, why_not_);
+}
+
+/// (e) Functions that are zero at the start.
+void RegionRun::slide_at_start() {
+  const ProblemInfo& info = problem_.info();
+  Vector psi(std::ssize(signs_));
+  problem_.switching(total_.q.data(), total_.v.data(), psi.data());
+  const Vector size = problem_.switching_sizes(total_.q, total_.v);
+  for (int k = 0; k < psi.size(); ++k) {
+    if (info.switches[k].is_of_time || k == info.until || std::abs(psi[k]) > kRoundedZero * size[k]) continue;
+    if (slides(k)) signs_[k] = 0;
+  }
+}
+
+/// (c), (2) sigma_k becomes `sign`. @returns false if the run ends
+bool RegionRun::change(int k, int sign) {
   const Problem& before = regions_.at(signs_);
-  signs_[k] = -signs_[k];
+  hold_on_borders(regions_, signs_, total_.q, total_.v);
+  if (signs_[k] == 0) {
+    left_ = k;
+    left_at_ = total_.t;
+  }
+  signs_[k] = sign;
   const Problem& next = regions_.at(signs_);
   if (!vary_border(k, before, next)) return false;
+  hold_on_borders(regions_, signs_, total_.q, total_.v);
   const std::string jump = jumped_gap(next, total_.q, problem_.info().switches[k]);
   if (!jump.empty()) return stop(Status::infeasible, fmt::format("at t = {:.12g} s: {}", total_.t, jump));
   return true;
@@ -325,6 +382,7 @@ Solution RegionRun::solve(const Settings& settings) {
     stop(Status::infeasible, why);
     return std::move(total_);
   }
+  slide_at_start();
   if (!settings.sensitivities.empty()) begin_sensitivities();
   const TimeLimit limit(settings.time_limit);
   const int n = settings.steps;
@@ -350,6 +408,7 @@ Solution RegionRun::solve(const Settings& settings) {
     const bool is_at_switch = switch_time < T_ && switch_time - total_.t <= kSameTime * T_;  // of the grid
     if (!is_at_switch) {
       Solution piece = run(until - total_.t, steps, true);
+      if (!is_free_to_slide(piece)) break;
       const RegionExit exit = piece.exit;
       const bool ok = piece.succeeded();
       take(std::move(piece));
@@ -369,7 +428,7 @@ Solution RegionRun::solve(const Settings& settings) {
       bool goes_on = true;
       for (std::size_t k = 0; k < signs_.size() && goes_on; ++k) {
         if (signs_[k] == next[k]) continue;
-        goes_on = static_cast<int>(k) == problem_.info().until ? end_at_until() : flip(static_cast<int>(k));
+        goes_on = static_cast<int>(k) == problem_.info().until ? end_at_until() : change(static_cast<int>(k), next[k]);
       }
       if (!goes_on || has_ended_) break;
       switch_time = next_time_switch();

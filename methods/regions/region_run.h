@@ -23,8 +23,11 @@ namespace ricochet {
 /// (c) At a border sigma_k changes, and the next run begins with the state there: contacts whose gap has a corner open,
 ///     close or are hit as at any start. If an impact makes psi_k jump, the region changes with it.
 /// (d) ProblemInfo::until is such a function, at whose border the run ends. A zero at the start is none.
-/// (e) If the motion comes back at once, and again, it slides on psi_k = 0: the run ends with a status that names
-/// psi_k.
+/// (e) Where both sides of psi_k = 0 lead back, the motion slides on it. That is one more region (sliding.h), which the
+///     motion leaves to the side that leads away. A run ends with a status that names psi_k and the reason if that
+///     region has no formulas, or if a contact that acts on psi_k touches there. The rate of psi_k is zero where the
+///     motion leaves. If the first step from there ends on the wrong side, because psi_k = O(h^2) is less than the error
+///     of the method, the motion slides for that step, too, which adds an error of that size.
 ///
 /// Derivatives S of x = (q, v) with respect to Settings::sensitivities are chained: those of each run, with respect to
 /// its start and the parameters, times those of its start. Where the acceleration jumps at a border (all contacts
@@ -54,8 +57,13 @@ class RegionRun {
   void take(Solution&& piece);
   double next_time_switch() const;
   bool locate(const RegionExit& exit);
+  bool comes_back(const RegionExit& exit);
+  bool slide_on(const RegionExit& exit);
+  bool is_free_to_slide(const Solution& piece);
   bool cross(int k);
-  bool flip(int k);
+  bool slides(int k);
+  bool change(int k, int sign);
+  void slide_at_start();
   void begin_sensitivities();
   void chain(Solution& piece);
   Eigen::RowVectorXd border_variation(int k, const Problem& here, const Vector& a) const;
@@ -73,15 +81,18 @@ class RegionRun {
 
   // Of the present run.
   Settings settings_;
-  Solution total_;  // up to the present state
-  std::vector<int> signs_;
+  Solution total_;                  // up to the present state
+  std::vector<int> signs_;          // 0: slides
   std::vector<ContactMode> modes_;  // at the end of the last piece; empty if the method has no modes
   Matrix of_start_;                 // 2 n_q x n_theta: what the formulas of the initial state depend on parameters
   Matrix S_;                        // 2 n_q x n_theta
   Matrix of_parameters_;            // varied parameters x n_theta, zeros and ones
   std::vector<std::string> piece_variables_;  // of the runs of pieces: q0, v0, the varied parameters
   double T_ = 0, last_crossing_ = -1;
-  int crossings_ = 0;       // at the same time
+  int crossings_ = 0;  // at the same time
+  int left_ = -1;      // the function on which the motion slid until left_at_ [s]
+  double left_at_ = -1;
+  std::string why_not_;     // a motion that slides is not followed
   bool has_ended_ = false;  // (d)
 };
 

@@ -73,6 +73,7 @@ struct SymbolicModel {
   std::optional<GiNaC::ex> until;             ///< of q, v, t and the parameters: a run ends at its first zero
   Expressions switching;                      ///< of a region: psi_k, n_s (problems/regions/switching_functions.h)
   std::vector<int> region;                    ///< its signs, n_s
+  std::vector<int> acting;                    ///< of a region that slides: 1 for contacts that act on it (sliding.h)
   bool has_clock = false;                     ///< the clock is a coordinate even if no formula depends on time
   /// Bodies and shapes, in terms of the parameters only; empty if the scene states none.
   std::optional<GeometryOf<GiNaC::ex>> geometry;

@@ -6,6 +6,7 @@
 #include "problems/derivatives/canonical_order.h"
 #include "problems/derivatives/real_functions.h"
 #include "problems/input_error.h"
+#include "problems/regions/sliding.h"
 
 namespace ricochet {
 namespace {
@@ -152,6 +153,7 @@ SwitchedModel with_switching_functions(const SymbolicModel& model) {
 }
 
 SymbolicModel in_region(const SwitchedModel& switched, std::span<const int> signs) {
+  if (std::ranges::count(signs, 0) > 0) return sliding_region(switched, signs);
   GiNaC::exmap values;
   for (std::size_t k = 0; k < signs.size(); ++k) values[switched.signs[k]] = signs[k];
   SymbolicModel model = switched.model;

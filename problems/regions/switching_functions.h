@@ -37,7 +37,8 @@ struct SwitchedModel {
 /// The switching functions of a normalized() `model`, and the model in terms of their signs.
 SwitchedModel with_switching_functions(const SymbolicModel& model);
 
-/// The formulas of one region. @param signs  sigma_k, each 1 or -1
+/// The formulas of one region. @param signs  sigma_k, each 1 or -1; 0 where the motion slides on psi_k = 0 (sliding.h)
+/// @throws InputError as sliding_region()
 SymbolicModel in_region(const SwitchedModel& switched, std::span<const int> signs);
 
 }  // namespace ricochet

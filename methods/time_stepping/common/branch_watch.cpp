@@ -26,7 +26,9 @@ bool BranchWatch::changes(const Vector& q, const Vector& v) {
   if ((left_.array() * psi_.array() >= 0).all()) return false;
   const Vector size = problem_.switching_sizes(q, v);
   for (Eigen::Index k = 0; k < psi_.size(); ++k) {
-    if (left_[k] * psi_[k] < 0 && std::min(std::abs(left_[k]), std::abs(psi_[k])) > kRoundedZero * size[k]) return true;
+    if (left_[k] * psi_[k] >= 0 || std::min(std::abs(left_[k]), std::abs(psi_[k])) <= kRoundedZero * size[k]) continue;
+    changed_ = static_cast<int>(k);
+    return true;
   }
   return false;
 }

@@ -13,10 +13,12 @@ class BranchWatch {
 
   void begin(const Vector& q, const Vector& v);    ///< The left end.
   bool changes(const Vector& q, const Vector& v);  ///< Whether the branch at (q, v) is another one.
+  int changed() const { return changed_; }         ///< The first psi_k that changed its sign, after changes().
 
  private:
   const Problem& problem_;
   Vector left_, psi_;  // n_s
+  int changed_ = -1;
 };
 
 }  // namespace ricochet

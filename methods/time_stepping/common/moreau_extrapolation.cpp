@@ -53,9 +53,9 @@ MoreauExtrapolation::Outcome MoreauExtrapolation::step(double h, int rows, doubl
   return Outcome::reached;
 }
 
-bool MoreauExtrapolation::changes_branch(const State& from, const State& to) {
+int MoreauExtrapolation::changed_branch(const State& from, const State& to) {
   branch_.begin(from.q, from.v);
-  return branch_.changes(to.q, to.v);
+  return branch_.changes(to.q, to.v) ? branch_.changed() : -1;
 }
 
 bool MoreauExtrapolation::single_step(double h, State& state) {

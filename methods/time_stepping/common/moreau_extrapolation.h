@@ -43,8 +43,8 @@ class MoreauExtrapolation {
   /// A single step from `state`, which is replaced, whatever modes become. @return false with reason()
   bool single_step(double h, State& state);
 
-  /// Whether a formula has another branch at the second state.
-  bool changes_branch(const State& from, const State& to);
+  /// The switching function whose sign is another one at the second state; -1 if there is none.
+  int changed_branch(const State& from, const State& to);
 
   bool is_affine() const { return midpoint_.is_affine(); }  ///< No direction of a contact depends on q.
   /// An open contact closed in the last substep, with an impulse.

@@ -33,6 +33,7 @@ SwitchingRun::SwitchingRun(const Problem& problem, const Settings& settings, con
       gaps_before_{Vector::Zero(problem.n_c()), Vector::Zero(problem.n_c())},
       gaps_(gaps_before_),
       gap_search_(problem, 3),
+      regions_(problem),
       single_(shortest_),
       series_end_(-T_) {}
 
@@ -108,6 +109,18 @@ void SwitchingRun::open_jumped_gaps() {
   }
 }
 
+/// Whether both sides of psi_k = 0 lead back to it at the present state.
+bool SwitchingRun::slides_on(int k) {
+  const ProblemInfo& info = problem_.info();
+  if (info.switches[k].is_of_time || k == info.until) return false;
+  Vector psi(std::ssize(info.switches));
+  problem_.switching(state_.q.data(), state_.v.data(), psi.data());
+  std::vector<int> signs;
+  for (const double x : psi) signs.push_back(x < 0 ? -1 : 1);
+  std::string why_not;
+  return slides(problem_, regions_, signs, k, state_.q, state_.v, state_.modes, why_not);
+}
+
 /// q on the cubic with the velocities at both ends of a step of length `h`, s of it after its begin.
 void SwitchingRun::between_ends(double h, double s, Vector& q) const {
   const double r = 1 - s;
@@ -140,7 +153,13 @@ bool SwitchingRun::switch_modes(double end) {
     if (!table_.single_step(is_last ? end - t_ : single_, state_))
       return fail(Status::inner_solver_failed, table_.reason());
     advance(is_last ? end : t_ + single_);
-    if (table_.changes_branch(before_, state_)) open_jumped_gaps();
+    if (const int k = table_.changed_branch(before_, state_); k >= 0) {
+      open_jumped_gaps();
+      if (slides_on(k))
+        return fail(Status::infeasible,
+                    fmt::format("the motion slides on {} = 0, where a formula jumps. This method does not follow that",
+                                problem_.info().switches[k].formula));
+    }
     record_closings(begin);
     record_piece(begin, 1);
     switches = table_.bounces() || state_.modes != before_.modes;

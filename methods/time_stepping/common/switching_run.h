@@ -8,6 +8,7 @@
 #include "methods/method.h"
 #include "methods/time_limit.h"
 #include "methods/time_stepping/common/moreau_extrapolation.h"
+#include "problems/regions/region_problems.h"
 
 namespace ricochet {
 
@@ -61,6 +62,7 @@ class SwitchingRun {
   void evaluate(const MoreauExtrapolation::State& state, Gaps& gaps);
   bool has_passed(double h);
   void open_jumped_gaps();
+  bool slides_on(int k);
   void between_ends(double h, double s, Vector& q) const;
   void advance(double end);
   void record_piece(double begin, int degree);
@@ -76,6 +78,7 @@ class SwitchingRun {
   Vector J_n_;
   Gaps gaps_before_, gaps_;
   GapSearch gap_search_;
+  RegionProblems regions_;
   std::vector<ContactMode> modes_;      // open where a contact is so at both ends of a step
   double t_ = 0, single_, series_end_;  // [s]; of the last series of single steps
   bool has_ended_ = false;              // where ProblemInfo::until vanishes
