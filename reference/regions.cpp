@@ -178,11 +178,23 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
     RegionPiece piece = integrate_in_region(here, of_region);
     in_flight = std::move(piece.in_flight);
     const int border = piece.solution.exit.function;
-    if (const int contact = acting_contact(here, piece.solution); contact >= 0) {
+    const ActingContact acting = acting_contact(here, piece.solution);
+    if (acting.is_closed) {
       stop(whole, Status::infeasible, whole.t,
-           fmt::format("afterwards the motion slides where a formula jumps, and '{}', which acts on that, touches",
-                       info.contacts[contact].name));
+           fmt::format("the motion slides where a formula jumps, and '{}', which acts on that, is closed",
+                       info.contacts[acting.contact].name));
       break;
+    }
+    if (acting.contact >= 0) {  // up to its impact, which happens in the region of one side
+      here.set_end_time(acting.t);
+      piece = integrate_in_region(here, of_region);
+      in_flight = std::move(piece.in_flight);
+      append(info, std::move(piece.solution), whole, modes);
+      const Vector psi = functions_at(problem, whole.q, whole.v);
+      for (std::size_t k = 0; k < signs.size(); ++k) {
+        if (signs[k] == 0) signs[k] = psi[static_cast<Eigen::Index>(k)] < 0 ? -1 : 1;
+      }
+      continue;
     }
     append(info, std::move(piece.solution), whole, modes);
     if (!whole.succeeded()) break;

@@ -137,13 +137,42 @@ void RegionRun::take(Solution&& piece) {
   append(problem_.info(), std::move(piece), total_, modes_);
 }
 
-/// (e) @returns false, with a status, if a contact that acts on what the motion slides on touches
-bool RegionRun::is_free_to_slide(const Solution& piece) {
-  const int contact = acting_contact(regions_.at(signs_), piece);
-  return contact < 0 || stop(Status::infeasible,
-                             fmt::format("after t = {:.12g} s the motion slides where a formula jumps, and '{}', which "
-                                         "acts on that, touches. This is not followed",
-                                         total_.t, problem_.info().contacts[contact].name));
+/// (e) Goes on to the event of a contact that acts on what the motion slides on, and to one side, so that an impact
+/// happens there. @param length, steps  of the run that found it @returns false if the run ends
+bool RegionRun::go_to_event(const ActingContact& at, double length, int steps) {
+  if (at.is_closed)
+    return stop(
+        Status::infeasible,
+        fmt::format("at t = {:.12g} s: the motion slides where a formula jumps, and '{}', which acts on that, is "
+                    "closed. This is not followed",
+                    total_.t + at.t, problem_.info().contacts[at.contact].name));
+  std::vector<std::size_t> sliding;
+  for (std::size_t k = 0; k < signs_.size(); ++k) {
+    if (signs_[k] == 0) sliding.push_back(k);
+  }
+  bool has_happened = false;
+  const auto go = [&](double part, int n) {
+    Solution piece = run(part, n, false);
+    const bool ok = piece.succeeded();
+    take(std::move(piece));
+    const Vector J = regions_.at(signs_).normal_jacobian(total_.q).col(at.contact);
+    has_happened = J.dot(total_.v) >= -kDrift * J.cwiseAbs().dot(total_.v.cwiseAbs());
+    return ok;
+  };
+  const auto leave = [&] {
+    const std::vector<int> sides = signs_at(total_.q, total_.v);
+    for (const std::size_t k : sliding) signs_[k] = sides[k];
+  };
+  const double H = length / steps;
+  const auto whole = static_cast<int>(std::floor(at.t / H));
+  if (whole > 0 && !go(H * whole, whole)) return false;
+  if (at.t > H * whole && !go(at.t - H * whole, 1)) return false;
+  leave();
+  for (double h = kSameTime * T_; !has_happened && h < kLongestEnd * T_; h *= 10) {  // it begins the next element
+    if (!go(h, 1)) return false;
+  }
+  leave();
+  return true;
 }
 
 /// (e) Whether the first step to the side that leads away, from psi_k = 0, ends on the wrong side.
@@ -160,7 +189,9 @@ bool RegionRun::comes_back(const RegionExit& exit) {
 bool RegionRun::slide_on(const RegionExit& exit) {
   signs_[exit.function] = 0;
   Solution piece = run(exit.outside, 1, false);
-  const bool ok = is_free_to_slide(piece) && piece.succeeded();
+  if (const ActingContact at = acting_contact(regions_.at(signs_), piece); at.contact >= 0)
+    return go_to_event(at, exit.outside, 1);
+  const bool ok = piece.succeeded();
   take(std::move(piece));
   return ok && change(exit.function, side_of_exit(regions_, signs_, exit.function, total_.q, total_.v));
 }
@@ -193,7 +224,7 @@ bool RegionRun::locate(const RegionExit& exit) {
     if (k == problem_.info().until) {  // the impact begins the next element
       for (double h = kSameTime * T_; ok && psi_at(total_.q, total_.v) > 0 && h < kLongestEnd * T_; h *= 10) go(h);
     }
-    return ok && cross(k);
+    return ok && cross(k, true);
   }
   const double zero = kZero * here.switching_sizes(total_.q, total_.v)[k];
   RegionExit bracket = exit;
@@ -323,8 +354,9 @@ bool RegionRun::end_at_until() {
   return true;
 }
 
-/// (c) The sign of psi_k changes, and that of others whose formula changes with it. @returns false if the run ends
-bool RegionRun::cross(int k) {
+/// (c) The sign of psi_k changes, and that of others whose formula changes with it.
+/// @param by_impact  v jumps next, and with it psi_k @returns false if the run ends
+bool RegionRun::cross(int k, bool by_impact) {
   if (k == problem_.info().until && total_.t > kSameTime * T_) return end_at_until();
   const bool is_same = last_crossing_ >= 0 && total_.t - last_crossing_ <= kSameTime * T_;
   crossings_ = is_same ? crossings_ + 1 : 1;
@@ -337,7 +369,7 @@ bool RegionRun::cross(int k) {
                     "back there{}",
                     total_.t, problem_.info().switches[k].formula, why_not_.empty() ? "" : ". " + why_not_));
   if (signs_[k] == 0) return change(k, side_of_exit(regions_, signs_, k, total_.q, total_.v));
-  return change(k, slides(k) ? 0 : -signs_[k]);
+  return change(k, !by_impact && slides(k) ? 0 : -signs_[k]);
 }
 
 /// (e)
@@ -408,7 +440,10 @@ Solution RegionRun::solve(const Settings& settings) {
     const bool is_at_switch = switch_time < T_ && switch_time - total_.t <= kSameTime * T_;  // of the grid
     if (!is_at_switch) {
       Solution piece = run(until - total_.t, steps, true);
-      if (!is_free_to_slide(piece)) break;
+      if (const ActingContact at = acting_contact(regions_.at(signs_), piece); at.contact >= 0) {
+        if (!go_to_event(at, until - total_.t, steps)) break;
+        continue;
+      }
       const RegionExit exit = piece.exit;
       const bool ok = piece.succeeded();
       take(std::move(piece));

@@ -25,7 +25,7 @@ namespace ricochet {
 /// (d) ProblemInfo::until is such a function, at whose border the run ends. A zero at the start is none.
 /// (e) Where both sides of psi_k = 0 lead back, the motion slides on it. That is one more region (sliding.h), which the
 ///     motion leaves to the side that leads away. A run ends with a status that names psi_k and the reason if that
-///     region has no formulas, or if a contact that acts on psi_k touches there. The rate of psi_k is zero where the
+///     region has no formulas, or if a contact that acts on psi_k is closed. An impact of such a contact ends sliding. The rate of psi_k is zero where the
 ///     motion leaves. If the first step from there ends on the wrong side, because psi_k = O(h^2) is less than the error
 ///     of the method, the motion slides for that step, too, which adds an error of that size.
 ///
@@ -59,8 +59,8 @@ class RegionRun {
   bool locate(const RegionExit& exit);
   bool comes_back(const RegionExit& exit);
   bool slide_on(const RegionExit& exit);
-  bool is_free_to_slide(const Solution& piece);
-  bool cross(int k);
+  bool go_to_event(const ActingContact& at, double length, int steps);
+  bool cross(int k, bool by_impact = false);
   bool slides(int k);
   bool change(int k, int sign);
   void slide_at_start();

@@ -16,6 +16,7 @@ namespace {
 
 constexpr double kZero = 1e-13;        // of the terms of a gap or psi_k: a rounded zero
 constexpr double kOnBorder = 1e-9;     // of the terms of psi_k: a border that was located
+constexpr double kBegin = 1e-12;       // of the time: an impact with which a piece begins
 constexpr double kSlow = 0.1;          // of leaves_slowly()
 constexpr double kDifference = 1e-5;   // [s], along which slopes of psi_k are compared
 constexpr double kPenetration = 1e-6;  // of a gap that jumps below zero, relative to 1 + |q|
@@ -214,14 +215,16 @@ void hold_on_borders(RegionProblems& regions, const std::vector<int>& signs, con
   }
 }
 
-int acting_contact(const Problem& region, const Solution& piece) {
-  for (int i = 0; i < region.n_c(); ++i) {
-    if (!acts_on_sliding(region, i)) continue;
-    if ((i < std::ssize(piece.initial_modes) && is_closed(piece.initial_modes[static_cast<std::size_t>(i)])) ||
-        std::ranges::any_of(piece.events, [&](const Event& e) { return e.contact == i; }))
-      return i;
+ActingContact acting_contact(const Problem& region, const Solution& piece) {
+  const auto event =
+      std::ranges::find_if(piece.events, [&](const Event& e) { return acts_on_sliding(region, e.contact); });
+  const bool has_event = event != piece.events.end();
+  for (int i = 0; i < std::ssize(piece.initial_modes); ++i) {
+    const bool begins_with_event = has_event && event->contact == i && event->t <= kBegin * region.info().end_time;
+    if (is_closed(piece.initial_modes[static_cast<std::size_t>(i)]) && acts_on_sliding(region, i) && !begins_with_event)
+      return {.contact = i, .t = 0, .is_closed = true};
   }
-  return -1;
+  return has_event ? ActingContact{.contact = event->contact, .t = event->t, .is_closed = false} : ActingContact();
 }
 
 void append(const ProblemInfo& info, Solution piece, Solution& whole, std::vector<ContactMode>& modes) {

@@ -68,9 +68,16 @@ int side_of_exit(RegionProblems& regions, const std::vector<int>& signs, int k, 
 /// Moves v to psi_k = 0 for the functions on which the motion slides, in the norm of M: what it has drifted by.
 void hold_on_borders(RegionProblems& regions, const std::vector<int>& signs, const Vector& q, Vector& v);
 
-/// A contact that acts on the functions on which the `region` slides and is closed at the start of a `piece`
-/// of a run, or has an event in it; -1 if there is none.
-int acting_contact(const Problem& region, const Solution& piece);
+/// Where contacts first act on the functions on which a `region` slides.
+struct ActingContact {
+  int contact = -1;        ///< -1: none does
+  double t = 0;            ///< of its first event [s], from the begin of the piece
+  bool is_closed = false;  ///< from the begin on, without an impact there
+};
+
+/// The first contact that acts on the functions on which the `region` slides (sliding.h) and is closed at the start of a
+/// `piece` of a run, or has an event in it.
+ActingContact acting_contact(const Problem& region, const Solution& piece);
 
 /// Adds a `piece` of a run to the `whole`, at whose end it begins. Contacts that the border between them has changed
 /// get an event. Derivatives are left alone.
