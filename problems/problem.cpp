@@ -10,6 +10,7 @@
 #include "problems/dense_solve.h"
 #include "problems/initial_state.h"
 #include "problems/input_error.h"
+#include "problems/levers.h"
 
 namespace ricochet {
 
@@ -177,6 +178,9 @@ void validate_impact_law(const ProblemInfo& info) {
   const ImpactLaw& law = info.impact_law;
   if (law.hypothesis == ImpactHypothesis::newton) return;
   const std::string name(name_of(law.hypothesis));
+  if (has_levers(info))
+    throw InputError("impact_law.hypothesis", name,
+                     "newton is required: the bound of a friction element is a contact's force");
   const bool is_lzb = law.hypothesis == ImpactHypothesis::lzb;
   for (const int i : info.unilateral) {
     const auto& contact = info.contacts[i];

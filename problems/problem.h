@@ -101,7 +101,7 @@ struct ProblemInfo {
   int n_q = 0;     ///< coordinates
   int n_u = 0;     ///< controls
   int clock = -1;  ///< the coordinate that is time, the last one, see Problem (7); -1 if nothing depends on time
-  int n_friction_elements = 0;        ///< their coordinates are the last ones before the clock, see Problem (8)
+  int n_friction_elements = 0;        ///< levers among them; coordinates before the clock, see Problem (8)
   std::vector<ContactInfo> contacts;  ///< n_c, unilateral and bilateral ones
   std::vector<int> unilateral;        ///< contacts that are, ascending
   std::vector<int> bilateral;         ///< constraints, ascending
@@ -177,6 +177,9 @@ struct ProblemInfo {
 ///     z'' = -F(q,v) + lambda_n,   f_c = z,   mu = 1,   eps_r = 0,   z = z' = 0 at t = 0                      (8)
 ///
 /// so that lambda_n = F. It is a contact like others to whoever solves (1)-(7).
+///
+/// Rolling and drilling friction, of a bound c(q, t) lambda_n with the force of a contact, has the coordinate of a lever
+/// in place of z, and one more contact, which is no friction element (derivatives/rolling_friction.h).
 ///
 /// A friction coefficient that is a formula mu(q, t) > 0 multiplies the tangents, and the coefficient in (5) is 1:
 ///

@@ -186,7 +186,8 @@ struct Solution {
 /// Ends the `solution`, a successful run of `problem`, with Status::infeasible if the bound F of a friction element
 /// became negative, so that it has no motion from there on. The element's coordinate z, problem.h (8), has risen then:
 /// it is positive at the end, or an event tells that the element opened, or that z falls on its support. With the
-/// events, no time is missed.
+/// events, no time is missed. With Status::inner_solver_failed if a lever has turned (derivatives/rolling_friction.h):
+/// the method has found the force of a contact without that of its friction element.
 /// @param h  fixed step length of the method: within two steps F may move z, z' < 4 h |F|; 0: it locates events
 void fail_where_bound_is_negative(const Problem& problem, double h, Solution& solution);
 

@@ -33,7 +33,7 @@ void for_each_expression(ordered_json& scene, const std::function<void(std::stri
   for (const char* list : {"contacts", "friction"}) {
     if (!scene.contains(list)) continue;
     for (auto& contact : scene[list]) {
-      for (const char* field : {"gap", "Jt", "vt_drive", "bound"}) {
+      for (const char* field : {"gap", "Jt", "vt_drive", "bound", "coefficient"}) {
         if (contact.contains(field)) for_each_text(contact[field], change);
       }
     }

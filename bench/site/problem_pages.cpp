@@ -59,8 +59,11 @@ std::string contact_tex(const SymbolicModel::Contact& contact) {
   return tex;
 }
 
-std::string friction_tex(const SymbolicModel::FrictionElement& element) {
+std::string friction_tex(const SymbolicModel& model, const SymbolicModel::FrictionElement& element) {
   std::string tex = fmt::format("|\\lambda_t^{{\\text{{{}}}}}| \\le {}", element.name, expression_tex(element.bound));
+  if (element.contact >= 0)
+    tex +=
+        fmt::format("\\, \\lambda_n^{{\\text{{{}}}}}", model.contacts[static_cast<std::size_t>(element.contact)].name);
   for (const auto& tangent : element.tangents) tex += ", \\quad J_t = " + column_tex(tangent);
   return tex;
 }
@@ -83,7 +86,7 @@ std::string equations_html(const SymbolicModel& model) {
   if (model.contacts.size() > kMostContacts)
     html += fmt::format("<p>and {} contacts more.</p>\n", model.contacts.size() - kMostContacts);
   for (std::size_t i = 0; i < std::min(kMostContacts, model.frictions.size()); ++i)
-    html += tex_line(friction_tex(model.frictions[i]));
+    html += tex_line(friction_tex(model, model.frictions[i]));
   const std::string end = expression_tex(model.end_time);
   html += tex_line("q(0) = " + column_tex(model.q0) + ", \\qquad v(0) = " + column_tex(model.v0) +
                    (end == "T" ? "" : ", \\qquad T = " + end));  // a parameter of that name has its value below

@@ -4,6 +4,7 @@
 #include "methods/external/external_client.h"
 #include "methods/registry.h"
 #include "problems/input_error.h"
+#include "problems/levers.h"
 
 namespace ricochet {
 namespace {
@@ -50,6 +51,8 @@ class External final : public Method {
     if (lacks(problem.has_bilateral(), "bilateral")) return Support::no("its program has no bilateral constraints");
     if (lacks(problem.n_friction_elements > 0, "friction_elements"))
       return Support::no("its program has no friction elements");
+    if (has_levers(problem))
+      return Support::no("friction elements that are bounded by the force of a contact are not sent to programs");
     if (lacks(std::ranges::any_of(problem.contacts, &ContactInfo::mu_varies), "friction_of_place"))
       return Support::no("its program has no friction coefficients that depend on the place");
     if (lacks(problem.clock >= 0, "time"))

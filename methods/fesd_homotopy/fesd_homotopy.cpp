@@ -36,6 +36,7 @@
 #include "methods/fesd_homotopy/options.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/tableau_argument.h"
+#include "problems/levers.h"
 
 namespace ricochet {
 namespace {
@@ -58,6 +59,8 @@ class FesdHomotopy final : public Method {
 
   Support supports(const ProblemInfo& problem) const override {
     if (!problem.structure.has_formulas) return Support::no("the transcription needs the formulas of the scene");
+    if (has_levers(problem))
+      return Support::no("a relaxation does not close and open the contacts of a lever together, problem.h (10)");
     return problem.has_bilateral() ? Support::no("the transcription has no bilateral constraints yet") : Support::yes();
   }
 

@@ -2,6 +2,7 @@
 
 #include "methods/peers/siconos/integrate.h"
 #include "methods/registry.h"
+#include "problems/levers.h"
 
 namespace ricochet {
 namespace {
@@ -16,6 +17,8 @@ Support supports_contacts(const ProblemInfo& problem) {
   if (problem.clock >= 0)
     return Support::no(
         "the scene depends on time, and the clock that it has here would be a body to Siconos, which contacts push");
+  if (has_levers(problem))
+    return Support::no("friction elements that are bounded by the force of a contact are not passed on to Siconos");
   for (const ContactInfo& contact : problem.contacts) {
     if (contact.n_t != problem.contacts.front().n_t)
       return Support::no("a contact problem of Siconos takes contacts of one kind, not with and without friction");

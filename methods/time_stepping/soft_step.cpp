@@ -42,6 +42,7 @@
 
 #include "methods/registry.h"
 #include "methods/time_stepping/common/sequential_contacts.h"
+#include "problems/levers.h"
 
 namespace ricochet {
 namespace {
@@ -216,7 +217,11 @@ class SoftStep final : public Method {
             .is_allocation_free = true};
   }
 
-  Support supports(const ProblemInfo&) const override { return Support::yes(); }
+  Support supports(const ProblemInfo& problem) const override {
+    if (has_levers(problem))
+      return Support::no("friction in its impacts is not bounded by their impulse, and no friction element can be");
+    return Support::yes();
+  }
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {

@@ -5,6 +5,7 @@
 #include "problems/derivatives/symbolic_problem.h"
 #include "problems/input_error.h"
 #include "problems/join.h"
+#include "problems/levers.h"
 
 namespace ricochet {
 namespace {
@@ -48,6 +49,9 @@ const SymbolicModel& model_of(const Problem& problem) {
   const SymbolicProblem* symbolic = problem.symbolic();
   if (!symbolic)
     throw InputError("problem", problem.info().id, "a problem with formulas is required: a scene or a scene file");
+  if (has_levers(problem.info()))
+    throw InputError("friction", "a contact",
+                     "equations of a mathematical program require a bound, not the force of a contact");
   for (const auto& contact : symbolic->equations().contacts) {
     if (contact.eps_r.has(symbolic->equations().v_n))
       throw InputError(fmt::format("contact '{}': e", contact.name), "a formula of vn",

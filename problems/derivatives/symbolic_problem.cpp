@@ -9,6 +9,7 @@
 #include "problems/derivatives/friction_elements.h"
 #include "problems/derivatives/real_functions.h"
 #include "problems/derivatives/restitution_formula.h"
+#include "problems/derivatives/rolling_friction.h"
 #include "problems/derivatives/varying_friction.h"
 #include "problems/input_error.h"
 #include "problems/join.h"
@@ -167,8 +168,8 @@ const GiNaC::ex* SymbolicModel::exact_value(const ParameterInfo& parameter) cons
 
 SymbolicProblem::SymbolicProblem(SymbolicModel model)
     : stated_(normalized(std::move(model))),
-      model_(with_friction_coordinates(with_jumps_as_friction(with_varying_friction(stated_)))) {
-  info_.n_friction_elements = static_cast<int>(model_.frictions.size());
+      model_(with_friction_coordinates(with_jumps_as_friction(with_varying_friction(with_rolling_friction(stated_))))) {
+  info_.n_friction_elements = n_levers(stated_) + static_cast<int>(model_.frictions.size());
   if (add_clock(model_)) info_.clock = static_cast<int>(model_.q.size()) - 1;
   const int n_q = static_cast<int>(model_.q.size());
 
@@ -264,7 +265,10 @@ void SymbolicProblem::make_programs(const std::vector<StraightLineProgram::Const
   normal_ = SparseProgram(normals, {model_.q}, constants);
   tangent_ = SparseProgram(tangents, {model_.q}, constants);
   Expressions coefficients;
-  for (const int i : varying_) coefficients.push_back(stated_.contacts[static_cast<std::size_t>(i)].mu);
+  if (!varying_.empty()) {
+    const SymbolicModel stated = with_rolling_friction(stated_);
+    for (const int i : varying_) coefficients.push_back(stated.contacts[static_cast<std::size_t>(i)].mu);
+  }
   varying_mu_ = SparseProgram(coefficients, {model_.q}, constants);
   potential_ = SparseProgram({model_.potential_energy.value_or(0)}, {model_.q}, constants);
 
@@ -334,7 +338,7 @@ bool SymbolicProblem::set_parameters(std::span<const double> values) {
   for (std::size_t i = 0; i < n_c; ++i) {
     if (!info_.contacts[i].is_bilateral && (mu[i] != 0) != (info_.contacts[i].mu != 0)) return false;
   }
-  const std::span bounds(number_values_.end() - info_.n_friction_elements, number_values_.end());
+  const std::span bounds(number_values_.end() - std::ssize(model_.frictions), number_values_.end());
   if (std::ranges::any_of(bounds, [](double F) { return !(F > 0); }))
     return false;  // of jumps that are no friction then
   for (SparseProgram* program : {&mass_, &force_, &gap_, &normal_, &tangent_, &varying_mu_, &potential_,

@@ -38,12 +38,15 @@ struct SymbolicModel {
     bool mu_varies = false;             ///< mu depends on q or t, maybe in other regions only; set by normalized()
   };
 
-  /// Friction without a normal contact (friction_elements.h), with formulas of q, the parameters and t.
+  /// Friction without a normal contact (friction_elements.h), or rolling and drilling friction at a contact
+  /// (rolling_friction.h), with formulas of q, the parameters and t.
   struct FrictionElement {
     std::string name;                   ///< in messages, events and figures, other than those of contacts
     std::vector<Expressions> tangents;  ///< one or two directions, each with n_q entries
     Expressions drives;                 ///< one per direction, added to J_t' v; empty if there is none
-    GiNaC::ex bound;                    ///< of |lambda_t| [N, N m], >= 0; a formula of v, too
+    int contact = -1;                   ///< of `contacts`, whose normal force bounds the friction; -1: none
+    GiNaC::ex bound;  ///< of |lambda_t| [N, N m], >= 0; a formula of v, too. With a `contact`: over its
+                      ///< normal force [1, m], a formula of q, the parameters and t
   };
 
   std::string id;                                 ///< as ProblemInfo::id
@@ -155,8 +158,9 @@ class SymbolicProblem : public Problem {
   SymbolicProblem* symbolic() override { return this; }
 
   const SymbolicModel& model() const { return stated_; }  ///< The scene as it is stated, formulas().
-  /// The scene as it is solved: friction elements are contacts with coordinates (friction_elements.h); if it depends on
-  /// time, the clock is its last coordinate, and a control that depends on time is part of the force.
+  /// The scene as it is solved: friction elements are contacts with coordinates (friction_elements.h,
+  /// rolling_friction.h); if it depends on time, the clock is its last coordinate, and a control that depends on time is
+  /// part of the force.
   const SymbolicModel& equations() const { return model_; }
 
   // For studies of many runs: making a problem takes milliseconds, set_parameters() microseconds.

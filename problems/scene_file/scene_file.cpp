@@ -213,18 +213,52 @@ class SceneReader {
     const std::size_t number = model_.frictions.size();
     SymbolicModel::FrictionElement element;
     element.name = name_of(field, fmt::format("friction {}", number), fmt::format("friction[{}]", number));
-    const Field directions = field.at("Jt"), bound = field.at("bound");
+    const Field directions = field.at("Jt");
     element.tangents = directions_of(directions, n_q);
     if (element.tangents.empty())
       throw InputError(directions.name() + ", number of entries", 0, "one or two directions are required");
+    if (field.has("contact"))
+      read_bounding_contact(field, element);
+    else
+      read_bound(field, element);
+    if (field.has("vt_drive"))
+      element.drives = field.at("vt_drive").expressions(element.tangents.size(), in_q_and_time_);
+    model_.frictions.push_back(std::move(element));
+  }
+
+  void read_bound(const Field& field, SymbolicModel::FrictionElement& element) {
+    if (field.has("coefficient"))
+      throw InputError(field.at("coefficient").name(), field.at("coefficient").text(),
+                       "the contact whose force it multiplies is required in the field contact");
+    if (!field.has("bound"))
+      throw InputError(field.name(), "no bound", "a bound, or a contact and a coefficient, is required");
+    const Field bound = field.at("bound");
     element.bound = bound.expression(in_state_);
     if (const double F = model_.number_at_start(element.bound); !(F >= 0))
       throw InputError(bound.name(), F, "a bound >= 0 at q0, v0 and t = 0 is required");
     if (element.bound.is_zero())
       throw InputError(bound.name(), bound.text(), "a bound that is not zero at all times is required");
-    if (field.has("vt_drive"))
-      element.drives = field.at("vt_drive").expressions(element.tangents.size(), in_q_and_time_);
-    model_.frictions.push_back(std::move(element));
+  }
+
+  /// Reads the contact whose normal force, times a coefficient, is the bound.
+  void read_bounding_contact(const Field& field, SymbolicModel::FrictionElement& element) {
+    const Field contact = field.at("contact"), coefficient = field.at("coefficient");
+    if (field.has("bound"))
+      throw InputError(field.at("bound").name(), field.at("bound").text(),
+                       "the contact is the bound: one of both is required");
+    const std::string name = contact.text();
+    const auto named = std::ranges::find(model_.contacts, name, &SymbolicModel::Contact::name);
+    if (named == model_.contacts.end()) {
+      std::vector<std::string> names;
+      for (const auto& each : model_.contacts) names.push_back(each.name);
+      throw InputError(contact.name(), name,
+                       names.empty() ? "the scene has no contacts"
+                                     : fmt::format("the name of a contact is required: {}", fmt::join(names, ", ")));
+    }
+    element.contact = static_cast<int>(named - model_.contacts.begin());
+    element.bound = coefficient.expression(in_q_and_time_);
+    if (const double c = model_.number_at_start(element.bound); !(c >= 0))
+      throw InputError(coefficient.name(), c, "a coefficient >= 0 at q0 and t = 0 is required");
   }
 
   /// The name of a contact or friction element, which no other one has. @param place  in messages about others

@@ -20,7 +20,7 @@ constexpr const char* kConventions =
     "M(q) v' = f(q,v,t) + Bu u + sum_i Jn_i lambda_n_i + Jt_i lambda_t_i, q' = v, Jn_i = grad gap_i, gap >= 0 "
     "(bilateral: "
     "gap = 0); Newton's restitution e, Coulomb's friction mu against the slip velocity Jt_i v + vt_drive_i, "
-    "|lambda_t_i| <= bound_i for 'friction' elements. SI units: "
+    "|lambda_t_i| <= bound_i for 'friction' elements, or coefficient_i lambda_n of their contact. SI units: "
     "m, kg, s, rad; forces lambda in N, impulses "
     "Lambda in N s";
 
@@ -51,9 +51,10 @@ ordered_json contact_json(const SymbolicModel& model, const SymbolicModel::Conta
   return entry;
 }
 
-ordered_json friction_json(const SymbolicModel::FrictionElement& element) {
-  ordered_json entry = {
-      {"name", element.name}, {"Jt", texts(element.tangents)}, {"bound", expression_text(element.bound)}};
+ordered_json friction_json(const SymbolicModel& model, const SymbolicModel::FrictionElement& element) {
+  ordered_json entry = {{"name", element.name}, {"Jt", texts(element.tangents)}};
+  if (element.contact >= 0) entry["contact"] = model.contacts[static_cast<std::size_t>(element.contact)].name;
+  entry[element.contact >= 0 ? "coefficient" : "bound"] = expression_text(element.bound);
   if (!element.drives.empty()) entry["vt_drive"] = texts(element.drives);
   return entry;
 }
@@ -102,7 +103,7 @@ std::string scene_text(const Problem& problem, const SceneTextOptions& options) 
     for (const ShapePair& pair : model.geometry->pairs)
       add_pair(scene["contacts"][pair.contact], pair, *model.geometry);
   }
-  for (const auto& element : model.frictions) scene["friction"].push_back(friction_json(element));
+  for (const auto& element : model.frictions) scene["friction"].push_back(friction_json(model, element));
   if (const ImpactLaw& law = info.impact_law; law.hypothesis != ImpactHypothesis::newton) {
     scene["impact_law"] = {{"hypothesis", name_of(law.hypothesis)}};
     if (law.hypothesis == ImpactHypothesis::lzb) scene["impact_law"]["eta"] = fmt::format("{}", law.eta);

@@ -10,7 +10,9 @@
 
 #include "problems/derivatives/canonical_order.h"
 #include "problems/derivatives/friction_elements.h"
+#include "problems/derivatives/rolling_friction.h"
 #include "problems/derivatives/symbolic_problem.h"
+#include "problems/levers.h"
 
 namespace ricochet::reference::certified {
 
@@ -264,7 +266,7 @@ class SceneTranslation {
 
   SceneFormulas run() {
     scene_.n = static_cast<int>(model_.q.size());
-    scene_.n_bodies = scene_.n - static_cast<int>(model_.frictions.size());
+    scene_.n_bodies = scene_.n - problem_.info().n_friction_elements;
     for (const auto& q : model_.q) translate_.bind(q, add(scene_.q, program_.state()));
     for (const auto& v : model_.v) translate_.bind(v, add(scene_.v, program_.state()));
     scene_.clock = program_.state();
@@ -302,7 +304,7 @@ class SceneTranslation {
   /// those of the problem, or there is no proof.
   SymbolicModel with_elements(SymbolicModel model) {
     for (ex& f : model.force) f = exact_(f);
-    model = with_friction_coordinates(with_jumps_as_friction(std::move(model)));
+    model = with_friction_coordinates(with_jumps_as_friction(with_rolling_friction(std::move(model))));
     if (std::ssize(model.contacts) != problem_.n_c())
       throw Unsupported("a jump of the force is dry friction by its rounded numbers only, or by its exact ones only");
     return model;
@@ -471,6 +473,8 @@ class SceneTranslation {
   }
 
   void read_region() {
+    if (has_levers(problem_.info()))  // whose theta has another symbol in every region
+      throw Unsupported("formulas bend or jump, and friction is bounded by the force of a contact");
     const auto has_one = [](const ex& e, const std::vector<GiNaC::symbol>& symbols) {
       return std::ranges::any_of(symbols, [&](const auto& symbol) { return e.has(symbol); });
     };

@@ -7,6 +7,8 @@
 #include <cmath>
 #include <random>
 
+#include "problems/levers.h"
+
 namespace ricochet {
 namespace {
 
@@ -38,6 +40,7 @@ bool has_joint(const Geometry& geometry, int coordinate) {
 
 /// Whether the friction elements act along one coordinate of a body each, with constant bounds and at rest in the world.
 Support passes_elements(const ProblemInfo& info, bool has_joint_friction) {
+  if (has_levers(info)) return Support::no("it has no friction elements that are bounded by the force of a contact");
   if (info.n_friction_elements == 0) return Support::yes();
   if (!has_joint_friction) return Support::no("it has no friction elements");
   for (const ContactInfo& contact : info.contacts) {
