@@ -6,6 +6,7 @@
 #include "methods/runge_kutta/tableau_argument.h"
 #include "methods/time_freezing/time_freezing_run.h"
 #include "problems/dense_solve.h"
+#include "problems/levers.h"
 
 namespace ricochet {
 namespace {
@@ -34,6 +35,9 @@ class TimeFreezing final : public Method {
 
   Support supports(const ProblemInfo& problem) const override {
     if (const Support forces = can_follow_forces(problem); !forces.ok) return forces;
+    if (has_levers(problem))
+      return Support::no(
+          "Coulomb's law holds at every instant of its impacts, not for the bound and the whole impulse");
     if (!problem.unilateral.empty() && !is_invertible(tableau_.A)) {
       return Support::no(
           fmt::format("the matrix A of tableau {} is singular and does not determine the weights of a sliding motion",

@@ -22,7 +22,7 @@ bool depends_on_place(const SymbolicModel& model, const ex& e) {
   return e.has(model.t) || std::ranges::any_of(model.q, [&](const symbol& q) { return e.has(q); });
 }
 
-/// m of (2); 1 if the gap has no slope at q0, which validate() rejects.
+/// m of (3); 1 if the gap has no slope at q0, which validate() rejects.
 ex lever_mass(const SymbolicModel& model, const ex& gap) {
   GiNaC::exmap start{{model.t, 0}};
   for (std::size_t k = 0; k < model.q.size(); ++k) start[model.q[k]] = model.q0[k];
@@ -99,6 +99,7 @@ SymbolicModel with_rolling_friction(SymbolicModel model) {
   }
   std::vector<Contact> bounded;
   std::vector<FrictionElement> others;
+  std::vector<std::size_t> divided;  // contacts, by lever
   for (auto& row : model.mass) row.resize(n + n_theta, 0);
   for (FrictionElement& element : model.frictions) {
     if (element.contact < 0) {
@@ -115,7 +116,11 @@ SymbolicModel with_rolling_friction(SymbolicModel model) {
     model.q0.emplace_back(0);
     model.v0.emplace_back(0);
     model.mass.emplace_back(n + n_theta, 0);
-    model.mass.back()[k] = masses[i];
+    for (std::size_t other = 0; other < divided.size(); ++other) {
+      if (divided[other] == i) model.mass[n + other][k] = model.mass[k][n + other] = masses[i] / n_parts[i];  // (3)
+    }
+    model.mass[k][k] = 2 * masses[i] / n_parts[i];
+    divided.push_back(i);
     model.force.emplace_back(0);
     if (!model.input.empty()) model.input.emplace_back(model.u.size(), 0);
   }

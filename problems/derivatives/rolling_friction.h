@@ -6,30 +6,31 @@
 /// Rolling and drilling friction: friction elements whose bound is the normal force lambda_n of a contact times a
 /// coefficient c(q, t) >= 0, in metres for a torque. Forces, and impulses likewise, obey
 ///
-///     |lambda_t| <= c lambda_n,   lambda_t = -c lambda_n v_t / |v_t| where v_t = J_t' v + d is not zero              (1)
+///     |lambda_t| <= c lambda_n,   lambda_t = -c lambda_n v_t / |v_t| where v_t = J_t' v + d is not zero            (1)
 ///
-/// Let the contact have the gap f and the elements i = 1, ..., n. Levers with coordinates theta_i of mass m, which
-/// nothing else touches, divide it into n + 1 contacts:
+/// Let the contact have the gap f and the elements i = 1, ..., n. Levers with coordinates theta_i and the mass matrix
+/// m L, which nothing else touches, divide it into n + 1 contacts:
 ///
-///     f_0 = (f + theta_1 + ... + theta_n) / (n + 1),   f_i = (f - theta_i) / (n + 1)
-///     m theta_i'' = (lambda_0 - lambda_i) / (n + 1),   theta_i = theta_i' = 0 at t = 0                               (2)
+///     f_0 = (f + theta_1 + ... + theta_n) / (n + 1),   f_i = (f - theta_i) / (n + 1), theta = theta' = 0 at t = 0  (2)
+///     L_ii = 2 / (n + 1),   L_ij = 1 / (n + 1),   m = 1 / sum_k J_k^2 / M_kk at q0, where J = grad f               (3)
 ///
 /// Contact 0 keeps mu and the tangents; contact i has c as its coefficient and the tangents of element i; all have the
-/// same e. With theta = 0, lambda_0 = ... = lambda_n = lambda_n solves (2): normal forces add up to grad f lambda_n, and
-/// Coulomb's law of contact i is (1).
+/// same e. With theta = 0, lambda_0 = ... = lambda_n = lambda_n solves (2): normal forces add up to J lambda_n, and
+/// Coulomb's law of contact i is (1). Forces on the levers and (3) give, with the mean force l,
 ///
-/// There is no other solution, whatever the friction is. Where f = theta_i = 0 at rest, 0 <= f_j'' _|_ lambda_j >= 0.
-/// Let lambda_k be the largest force, and positive, so that f_k'' = 0. If k = 0, no theta_i'' is negative, and f_0'' = 0
-/// means f'' = -sum theta_i'' <= 0; but f_i'' >= 0 means f'' >= theta_i'' >= 0: all theta_i'' are zero. If
-/// lambda_k > lambda_0, then f'' = theta_k'' < 0; f_0'' >= 0 requires some theta_j'' > 0, and f_j'' < 0. The same holds
-/// for impulses by Newton's law for several contacts, with theta_i' = 0 before. Other laws of impacts are those of one
-/// contact, or have no friction: a scene with levers requires Newton's.
+///     (n + 1) f_i'' = f'' + (lambda_i - l) / m,   i = 0, ..., n                                                    (4)
+///
+/// There is no other solution, whatever the friction is. Where f = theta = 0 at rest, 0 <= f_i'' _|_ lambda_i >= 0. If
+/// the largest force lambda_k is positive, f_k'' = 0, so that f'' = -(lambda_k - l) / m. Then f_i'' >= 0 and (4)
+/// require lambda_i >= lambda_k of every i. The same holds for impulses by Newton's law for several contacts, with
+/// theta' = 0 before. Other laws of impacts are those of one contact, or have no friction: a scene with levers requires
+/// Newton's.
 ///
 /// So whoever solves (1)-(7) of Problem, with contacts that close and open together, solves scenes with such elements.
-/// fail_where_bound_is_negative() checks theta_i = 0 along a run: elsewhere a method has taken contacts one by one.
+/// fail_where_bound_is_negative() checks theta = 0 along a run: elsewhere a method has taken contacts one by one.
 ///
-/// m = 1 / sum_k J_k^2 / M_kk at q0, J = grad f, changes no solution. It is of the size of the mass that the contact
-/// feels, so that forces are as well conditioned as before.
+/// With (3) the n + 1 contacts have equal Delassus entries, and none couples two of them if M is diagonal: they pass
+/// thresholds of methods together, and forces are as well conditioned as before. m changes no solution.
 ///
 /// The order of coordinates is: those of the scene, theta_i in the order of their elements, z of other elements
 /// (friction_elements.h), the clock. That of contacts is: those of the scene, contacts i, other elements.

@@ -31,7 +31,6 @@ ParameterChanges rolling(double v) {
 const std::vector<MethodRun> kExactRollingRuns = {{"fesd_adaptive:radau-iia:4", 0, 1e-11, 1e-10},
                                                   {"fesd:radau-iia:4,elements=as_needed", 300, 0, 1e-10},
                                                   {"event_driven", 0, 1e-12, 1e-10},
-                                                  {"time_freezing:radau-iia:3", 300, 0, 1e-10},
                                                   {"cvode", 0, 1e-14, 1e-10},
                                                   {"ida", 0, 1e-13, 1e-9},
                                                   {"arkode", 0, 1e-13, 1e-9}};
@@ -156,10 +155,35 @@ TEST(RollingFriction, BouncingDiscLosesSpinInImpactsOnly) {
   const auto problem = disc({});
   for (const MethodRun& how : {MethodRun{"fesd_adaptive:radau-iia:4", 0, 1e-11, 1e-9},
                                {"event_driven", 0, 1e-12, 1e-9},
-                               {"time_freezing:radau-iia:3", 300, 0, 1e-9},
                                {"cvode", 0, 1e-14, 1e-9},
                                {"arkode", 0, 1e-13, 1e-9}})
     expect_rolling_end(*problem, how, Vector{{hand.x, kR, hand.phi}}, Vector::Zero(3));
+}
+
+/// As the disc, with two elements at one contact: each takes its part of an angular momentum in every impact. The sphere
+/// rolls without slip from the start. Event location may not pass the end of the impacts of three contacts.
+TEST(RollingFriction, BouncingSphereLosesBothSpinsInImpacts) {
+  const double R = 0.2, e = 0.5, height = 0.2, I = 0.4 * R * R;  // over m
+  const auto angle_at_rest = [&](double omega, double mu, double inertia) {
+    double V = std::sqrt(2 * kG * height), angle = omega * V / kG;
+    for (; V > 1e-12; V *= e) {
+      omega -= mu * (1 + e) * V / inertia;
+      angle += omega * 2 * e * V / kG;
+    }
+    EXPECT_GT(omega, 1) << "it turns after the impacts";
+    return angle + omega * omega * inertia / (2 * mu * kG);
+  };
+  const double roll = angle_at_rest(1 / R, 0.01, 1.4 * R * R), spin = angle_at_rest(4, 0.003, I);
+  const Vector q{{0.6 * R * roll, 0.8 * R * roll, R, -0.8 * roll, 0.6 * roll, spin}};
+  const auto problem = read_scene_file(test_data("spinning_sphere.json"), {{"e", e}, {"height", height}});
+  for (const MethodRun& how : {MethodRun{"fesd_adaptive:radau-iia:4", 0, 1e-11, 1e-9},
+                               {"fesd:radau-iia:4,elements=as_needed", 300, 0, 1e-9},
+                               {"moreau_jean", 50000, 0, 2e-3}})
+    expect_rolling_end(*problem, how, q, Vector::Zero(6));
+  for (const char* method : {"event_driven", "cvode"}) {
+    const Solution s = run_as(*problem, {method, 0, 1e-12});
+    if (s.succeeded()) EXPECT_LE((s.q.head(6) - q).cwiseAbs().maxCoeff(), 1e-8) << method;
+  }
 }
 
 TEST(RollingFriction, TimeSteppingIsOfFirstOrder) {
@@ -210,9 +234,8 @@ TEST(RollingFriction, ContactOpensAndCloses) {
   Vector q = first.q.head(3), v(3);
   q[1] = kR;
   v << kR * end, 0, end;
-  for (const MethodRun& how : kExactRollingRuns) {
+  for (const MethodRun& how : kExactRollingRuns)
     expect_rolling_end(*problem, {how.method, how.steps, how.tolerance, 1e-8}, q, v);
-  }
 }
 
 /// A coefficient that depends on the place: mu_r = c x, so that x'' = -k x with k = c g / (1.5 R).
@@ -229,7 +252,7 @@ TEST(RollingFriction, CoefficientMayVary) {
   const double w = std::sqrt(k), x = x_0 * std::cos(w * T) + v_0 / w * std::sin(w * T),
                v = -x_0 * w * std::sin(w * T) + v_0 * std::cos(w * T);
   ASSERT_GT(v, 0);
-  for (const MethodRun& how : {kExactRollingRuns[0], kExactRollingRuns[2], kExactRollingRuns[4]})
+  for (const MethodRun& how : {kExactRollingRuns[0], kExactRollingRuns[2], kExactRollingRuns[3]})
     expect_rolling_end(*problem, how, Vector{{x, kR, (x - x_0) / kR}}, Vector{{v, 0, v / kR}});
   EXPECT_NEAR(problem->friction_coefficients(problem->info().q0)[1], c * x_0, 1e-15);
 }
@@ -253,7 +276,7 @@ TEST(RollingFriction, StandsBesideOtherElements) {
   EXPECT_EQ(info.contacts[2].name, "brake");
   EXPECT_EQ(info.contacts[2].bound, F);
   const double a = (kMuR * kM * kG + F) / kWhole, omega = 1.25 - a, phi = 1.25 - a / 2, turn = 1.25 * 1.25 / (2 * a);
-  for (const MethodRun& how : {kExactRollingRuns[0], kExactRollingRuns[2], kExactRollingRuns[4]})
+  for (const MethodRun& how : {kExactRollingRuns[0], kExactRollingRuns[2], kExactRollingRuns[3]})
     expect_rolling_end(*problem, how, Vector{{kR * phi, kR, phi}}, Vector{{kR * omega, 0, omega}});
   for (const MethodRun& how : {kExactRollingRuns[0], kExactRollingRuns[2]})
     expect_rolling_end(*braked(2), how, Vector{{kR * turn, kR, turn}}, Vector::Zero(3));
@@ -302,7 +325,8 @@ TEST(RollingFriction, ParametersMayChange) {
 
 TEST(RollingFriction, MethodsWithoutItDecline) {
   const auto problem = disc({{"e", 0}});
-  for (const char* method : {"anitescu_convex", "penalty", "sap", "soft_step", "xpbd", "fesd_homotopy:radau-iia:2"}) {
+  for (const char* method : {"anitescu_convex", "penalty", "sap", "soft_step", "xpbd", "fesd_homotopy:radau-iia:2",
+                             "time_freezing:radau-iia:3"}) {
     const Support support = make_method(method)->can_run(problem->info());
     EXPECT_FALSE(support.ok) << method;
     EXPECT_FALSE(support.reason.empty()) << method;
