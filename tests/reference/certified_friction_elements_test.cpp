@@ -84,5 +84,20 @@ TEST(CertifiedFrictionElements, ImpactsDoNotReachThem) {
   }
 }
 
+/// A disc that rolls with the deceleration mu_r g / (1.5 R) = 1/3 stops after 3 s; theta is no coordinate of the scene.
+TEST(CertifiedFrictionElements, RollingDiscStops) {
+  const CertifiedMotion motion = element_motion(R"({"q0": ["0", "0.4", "0"], "v0": ["1", "0", "2.5"], "T": "4",
+    "M": [["2", "0", "0"], ["0", "2", "0"], ["0", "0", "0.16"]], "f": ["0", "-20", "0"],
+    "contacts": [{"name": "ground", "gap": "q[1]-0.4", "mu": "0.5", "Jt": [["1", "0", "-0.4"]]}],
+    "friction": [{"name": "rolling", "Jt": [["0", "0", "1"]], "contact": "ground", "coefficient": "0.02"}]})");
+  ASSERT_EQ(motion.grade, Grade::proven) << motion.reason;
+  ASSERT_EQ(motion.q.size(), 3u);
+  expect_element_value(motion.q[0], "1.5");
+  expect_element_value(motion.q[2], "3.75");
+  ASSERT_EQ(motion.events.size(), 1u);
+  EXPECT_EQ(motion.events[0].contact, "rolling");
+  EXPECT_EQ(motion.modes, (std::vector<std::string>{"stick", "stick"}));
+}
+
 }  // namespace
 }  // namespace ricochet::reference::certified
