@@ -15,6 +15,14 @@ TEST(DenseSolve, FindsSomeSolutionOfASingularSystem) {
   EXPECT_LE(found.cwiseAbs().maxCoeff(), 100) << "nothing of what is free is amplified";
 }
 
+// Two equal rows leave a pivot of exactly zero, and 0 / 0 in the estimate of the condition.
+TEST(DenseSolve, FindsSomeSolutionWhereAPivotVanishes) {
+  const Matrix A{{1, 0, 0, 1, 0}, {0, 1, 0, -1, 0}, {0, 0, 1, 0, 1}, {1, 1, 0, 0, 0}, {1, 1, 0, 0, 0}},
+      X{{1, 0}, {2, 0}, {3, 1}, {4, 0}, {5, 0}}, B = A * X;
+  const Matrix found = solve_consistent(A, B);
+  EXPECT_LE((A * found - B).cwiseAbs().maxCoeff(), 1e-14);
+}
+
 TEST(DenseSolve, TakesPartialPivotingWhereThatIsEnough) {
   const Matrix A{{2, 1}, {1, 3}}, B{{1}, {2}};
   EXPECT_EQ(solve_consistent(A, B), solve_partial_pivoting(A, B));
