@@ -33,7 +33,7 @@ Rollout roll_out(const OptimalControlProblem& problem, ControlledPlant& plant, c
   Rollout result;
   Counters counters;
   plant.set_control(u.col(0));
-  PivotingSolver solver(plant, tableau, {.n_fe = n_fe}, counters);
+  PivotingSolver solver(plant, tableau, {.n_fe = n_fe, .as_needed = true}, counters);
   solver.start(info.q0, info.v0);
   for (int k = 0; k < N; ++k) {
     plant.set_control(u.col(k));

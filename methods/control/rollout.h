@@ -19,7 +19,8 @@ struct Rollout {
 void add_step(const OptimalControlProblem& problem, const FesdStep& step, const ButcherTableau& tableau,
               const Vector& u, Rollout& rollout);
 
-/// Runs FESD-J with n_fe elements on each interval, solved by pivoting: the equations of a FesdTranscription.
+/// Runs FESD-J with n_fe elements on each interval, or more where a motion has more switches, solved by pivoting: the
+/// equations of a FesdTranscription.
 /// @param plant  of `problem`; @param u  n_u x N
 Rollout roll_out(const OptimalControlProblem& problem, ControlledPlant& plant, const ButcherTableau& tableau, int n_fe,
                  const Matrix& u);
