@@ -38,34 +38,13 @@ FesdTranscription::FesdTranscription(const OptimalControlProblem& problem, const
 
 ControlTrajectory FesdTranscription::trajectory(const Vector& x) const {
   ControlTrajectory trajectory = read_controls(x);
-  const ProblemInfo& info = problem_.plant->info();
   double t = 0;
   for (int k = 0; k < problem_.n_intervals; ++k) {
     const FesdStep step = equations_.read(x, k);
-    for (int n = 0; n < step.n_elements; ++n) {
-      const Element& e = step.elements[n];
-      for (int i = 0; i < info.n_c(); ++i) {
-        const ContactInfo& contact = info.contacts[i];
-        trajectory.impulses.push_back(
-            {t, i, step.Lambda_n(i, n), step.Lambda_t.col(n).segment(contact.tangent_index, contact.n_t)});
-      }
-      trajectory.points.push_back({t, e.q0, step.v_minus.col(n)});
-      trajectory.points.push_back({t, e.q0, e.v0});
-      for (int j = 0; j < tableau_.n_s; ++j) {
-        trajectory.points.push_back(
-            {t + tableau_.c[j] * e.h, e.q.col(j), e.v.col(j), e.lambda_n.col(j), e.lambda_t.col(j)});
-        trajectory.interval_cost[k] +=
-            e.h * tableau_.b[j] * problem_.running_cost.at(e.q.col(j), e.v.col(j), trajectory.u.col(k))[0];
-      }
-      t += e.h;
-    }
-    if (k + 1 < problem_.n_intervals) continue;
-    const Element& end = step.last();
-    trajectory.points.push_back(
-        {t, end.q1, end.v1, end.lambda_n.col(tableau_.n_s - 1), end.lambda_t.col(tableau_.n_s - 1)});
+    add_step(problem_, step, tableau_, k, t, trajectory);
+    for (int n = 0; n < step.n_elements; ++n) t += step.elements[n].h;
+    if (k + 1 == problem_.n_intervals) add_end(problem_, step, t, trajectory);
   }
-  const ControlTrajectory::Point& end = trajectory.points.back();
-  trajectory.objective = trajectory.interval_cost.sum() + problem_.terminal_cost.at(end.q, end.v)[0];
   return trajectory;
 }
 

@@ -5,35 +5,13 @@
 #include <vector>
 
 #include "methods/complementarity/mpcc/nlp.h"
+#include "methods/control/control_trajectory.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/mpcc_equations/contact_equations.h"
 #include "problems/control/optimal_control_problem.h"
 #include "problems/solution.h"
 
 namespace ricochet {
-
-/// Controls and motion of a transcribed optimal control problem.
-struct ControlTrajectory {
-  Matrix u;              ///< n_u x N, constant on each interval
-  double T = 0;          ///< [s]
-  double objective = 0;  ///< (1) of optimal_control_problem.h as the discretisation integrates it
-  Vector interval_cost;  ///< N, what each interval adds to it; the rest is the terminal cost
-
-  /// A point of the discrete motion; at an impact two with the same t.
-  struct Point {
-    double t = 0;
-    Vector q, v;
-    Vector lambda_n = {}, lambda_t = {};  ///< n_c, n_lambda_t; empty where the discretisation has no force
-  };
-  struct Impulse {
-    double t = 0;
-    int contact = -1;
-    double Lambda_n = 0;   ///< [N s]
-    Vector Lambda_t = {};  ///< n_t of the contact [N s]
-  };
-  std::vector<Point> points;
-  std::vector<Impulse> impulses;
-};
 
 /// An optimal control problem as a mathematical program with complementarity constraints: a discretisation of the
 /// plant, the costs and constraints at its points.
