@@ -1,30 +1,54 @@
 #include "methods/fesd/sensitivity.h"
 
 #include <stdexcept>
+#include <utility>
 
 #include "problems/dense_solve.h"
 
 namespace ricochet {
 
-Sensitivity::Sensitivity(const Problem& problem, const ButcherTableau& tableau, const std::vector<std::string>& names)
-    : varied_(problem, names),
+Sensitivity::Sensitivity(VariedProblem varied, const ButcherTableau& tableau)
+    : varied_(std::move(varied)),
       point_(varied_),
-      problem_(problem),
+      problem_(varied_.problem()),
       tableau_(tableau),
-      n_q_(problem.n_q()),
-      n_c_(problem.n_c()),
-      n_t_(problem.info().n_lambda_t),
+      n_q_(problem_.n_q()),
+      n_c_(problem_.n_c()),
+      n_t_(problem_.info().n_lambda_t),
       n_s_(tableau.n_s),
       n_theta_(varied_.n_theta()) {
+  restart(nullptr);
+}
+
+void Sensitivity::restart(const FesdStep* before) {
   reached_.q = varied_.dq0();
   reached_.v = varied_.dv0();
   reached_.t = Vector::Zero(n_theta_);
+  reached_.is_at_switch = false;
+  reached_.modes.clear();
+  n_elements_ = 0;
+  if (!before) return;
+  remember_end(*before);
+  const Element& last = before->last();
+  point_.project(last.modes, last.q1, last.v1, reached_.q, reached_.v);
+}
+
+/// What (6) reads.
+void Sensitivity::remember_end(const FesdStep& step) {
+  const Element& last = step.last();
+  reached_.is_at_switch = step.ends[static_cast<std::size_t>(step.n_elements) - 1].contact >= 0;
+  reached_.modes = last.modes;
+  const bool is_known = tableau_.right_end.size() > 0;
+  reached_.lambda_n = is_known ? last.end_lambda_n : last.lambda_n.col(n_s_ - 1);
+  reached_.lambda_t = is_known ? last.end_lambda_t : last.lambda_t.col(n_s_ - 1);
 }
 
 void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
   const int N = step.n_elements;
   before_ = reached_;
   dt_elements_.resize(static_cast<std::size_t>(N));
+  if (keeps_elements_ && elements_.size() < static_cast<std::size_t>(N)) elements_.resize(static_cast<std::size_t>(N));
+  n_elements_ = keeps_elements_ ? static_cast<std::size_t>(N) : 0;
   if (step.touches && !reached_.modes.empty() && !reached_.is_at_switch) through_switch_at_start(step);
   for (int first = 0; first < N;) {
     int count = 1;  // of the run of equal elements
@@ -38,8 +62,10 @@ void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
     state.v.leftCols(n_theta_) = reached_.v;
     ElementVariation element;
     for (int k = first; k < first + count; ++k) {
+      if (keeps_elements_) elements_[static_cast<std::size_t>(k)].v_minus = state.v;
       through_start(step, k, state);
-      element = through_element(step.elements[k], k + 1 < first + count ? none : end, state);
+      element = through_element(step.elements[k], k + 1 < first + count ? none : end, state,
+                                keeps_elements_ ? &elements_[static_cast<std::size_t>(k)] : nullptr);
     }
     Vector dh;
     if (end.contact >= 0) {
@@ -55,15 +81,15 @@ void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
     for (int k = first; k < first + count; ++k) {
       dt_elements_[static_cast<std::size_t>(k)] = reached_.t;
       reached_.t += dh;
+      if (!keeps_elements_) continue;
+      ElementDerivatives& kept = elements_[static_cast<std::size_t>(k)];
+      for (Matrix* values : {&kept.q, &kept.v, &kept.forces, &kept.v_minus, &kept.start_q, &kept.start_v})
+        values->leftCols(n_theta_) += values->col(n_theta_) * dh.transpose();
+      kept.h = dh;
     }
     first += count;
   }
-  const Element& last = step.last();
-  reached_.is_at_switch = step.ends[N - 1].contact >= 0;
-  reached_.modes = last.modes;
-  const bool is_known = tableau_.right_end.size() > 0;
-  reached_.lambda_n = is_known ? last.end_lambda_n : last.lambda_n.col(n_s_ - 1);
-  reached_.lambda_t = is_known ? last.end_lambda_t : last.lambda_t.col(n_s_ - 1);
+  remember_end(step);
 }
 
 /// (6)
@@ -166,7 +192,8 @@ void Sensitivity::through_projection(const Element& e, const Switch& end, State&
 }
 
 /// (1)-(3)
-Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, const Switch& end, State& state) const {
+Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, const Switch& end, State& state,
+                                                           ElementDerivatives* kept) const {
   const ProblemInfo& info = problem_.info();
   const Matrix& A = tableau_.A;
   const Matrix A2 = A * A;
@@ -203,6 +230,7 @@ Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, con
   }
   const Matrix dx = -solve_consistent(K, R);  // of redundant contacts, any of the forces that balance each other
 
+  if (kept) keep(state, e, dx, numbering, *kept);
   ElementVariation element{Matrix::Zero(n_c_ + n_t_, n_theta_ + 1), Matrix(n_s_ * n_q_, n_theta_ + 1)};
   state.q += h * state.v;
   state.q.col(n_theta_) += e.v0 + 2 * h * e.a * bA;
@@ -218,6 +246,36 @@ Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, con
   if (e.is_projected) through_projection(e, end, state);
   if (e.has_end_forces && !stops_in_space(e, end)) element.forces = constrained_forces(e, end, state);
   return element;
+}
+
+/// (3) and the forces at the stages. @param start  at the left end; @param dx  of the unknowns
+void Sensitivity::keep(const State& start, const Element& e, const Matrix& dx, const Numbering& numbering,
+                       ElementDerivatives& kept) const {
+  const Matrix& A = tableau_.A;
+  const Matrix A2 = A * A;
+  const Vector r = A.rowwise().sum();
+  const double h = e.h;
+  const Eigen::Index n = numbering.size, n_forces = n_c_ + n_t_;
+  kept.start_q = start.q;
+  kept.start_v = start.v;
+  kept.q.resize(n_s_ * n_q_, n_theta_ + 1);
+  kept.v.resize(n_s_ * n_q_, n_theta_ + 1);
+  kept.forces.setZero(n_s_ * n_forces, n_theta_ + 1);
+  Matrix forces(n_forces, n_theta_ + 1);
+  for (int j = 0; j < n_s_; ++j) {
+    auto q = kept.q.middleRows(j * n_q_, n_q_), v = kept.v.middleRows(j * n_q_, n_q_);
+    q = start.q + h * r[j] * start.v;
+    v = start.v;
+    q.col(n_theta_) += r[j] * e.v0 + 2 * h * e.a * A2.row(j).transpose();
+    v.col(n_theta_) += e.a * A.row(j).transpose();
+    for (int l = 0; l < n_s_; ++l) {
+      q += h * h * A2(j, l) * dx.middleRows(l * n, n_q_);
+      v += h * A(j, l) * dx.middleRows(l * n, n_q_);
+    }
+    forces.setZero();
+    point_.add_forces(numbering, dx.middleRows(j * n, n), 1, forces);
+    kept.forces.middleRows(j * n_forces, n_forces) = forces;
+  }
 }
 
 /// (11) of end_projection.h, varied. @param state  at the right end

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -46,8 +47,17 @@ class Sensitivity {
  public:
   /// @param names  Settings::sensitivities. @throws InputError for a name that the problem does not have, and for one
   /// whose variation of the initial state violates a bilateral constraint
-  Sensitivity(const Problem& problem, const ButcherTableau& tableau, const std::vector<std::string>& names);
+  Sensitivity(const Problem& problem, const ButcherTableau& tableau, const std::vector<std::string>& names)
+      : Sensitivity(VariedProblem(problem, names), tableau) {}
+  /// Derivatives with respect to the variables of `varied`.
+  Sensitivity(VariedProblem varied, const ButcherTableau& tableau);
   Sensitivity(const Sensitivity&) = delete;
+
+  /// Begins again at the end of a step. The variations there are those of the variables, moved to where the contacts that
+  /// this step ends with stay closed. @param before  null where a run begins
+  void restart(const FesdStep* before);
+  /// Keeps elements() of the steps that follow.
+  void keep_elements() { keeps_elements_ = true; }
 
   /// Continues through an accepted step. @param dt_end  derivative of the time where it ends unless a switch ends it
   void add(const FesdStep& step, const Vector& dt_end);
@@ -59,6 +69,17 @@ class Sensitivity {
   const Vector& dt() const { return reached_.t; }
   /// Derivatives of Element::a of the last element: a column per theta, the columns of a below each other.
   const Matrix& stage_accelerations() const { return stage_accelerations_; }
+  /// Derivatives of the values of an element: a column per theta, then one of no use. Stages are below each other.
+  struct ElementDerivatives {
+    Matrix q, v;              ///< n_s times n_q rows
+    Matrix forces;            ///< n_s times n_c + n_lambda_t rows
+    Matrix v_minus;           ///< n_q rows, at the left end before an impact there
+    Matrix start_q, start_v;  ///< n_q rows each, at the left end after it
+    Vector h;                 ///< n_theta, of the length
+  };
+  /// Of the last step, after keep_elements(); valid until the next add().
+  std::span<const ElementDerivatives> elements() const { return {elements_.data(), n_elements_}; }
+  const PointVariation& point() const { return point_; }
   const Vector& dt_final() const { return varied_.dt_final(); }  ///< of the problem's end_time
   /// Derivatives of the time of the left end of an element of the last step.
   const Vector& dt_of_element(int element) const { return dt_elements_[static_cast<std::size_t>(element)]; }
@@ -85,7 +106,11 @@ class Sensitivity {
     Matrix forces;         // at the right end: n_c, then n_t, rows
     Matrix accelerations;  // of the stages: n_s times n_q rows
   };
-  ElementVariation through_element(const Element& e, const Switch& end, State& state) const;
+  void keep(const State& start, const Element& e, const Matrix& dx, const Numbering& numbering,
+            ElementDerivatives& kept) const;
+  void remember_end(const FesdStep& step);
+  /// @param kept  null, or where the stages are kept, with a last column per unit of h
+  ElementVariation through_element(const Element& e, const Switch& end, State& state, ElementDerivatives* kept) const;
   Eigen::RowVectorXd switch_slope(const Element& e, const Switch& end, const State& state, const Matrix& forces) const;
 
   const VariedProblem varied_;
@@ -106,6 +131,9 @@ class Sensitivity {
   Reached reached_, before_;
   std::vector<Vector> dt_elements_;
   Matrix stage_accelerations_;
+  bool keeps_elements_ = false;
+  std::vector<ElementDerivatives> elements_;
+  std::size_t n_elements_ = 0;  // in use
 };
 
 }  // namespace ricochet

@@ -38,6 +38,36 @@ VariedProblem::VariedProblem(const Problem& problem, const std::vector<std::stri
   if (info.has_bilateral()) require_consistent_start(names);
 }
 
+VariedProblem VariedProblem::of_step(const Problem& problem) {
+  const ProblemInfo& info = problem.info();
+  const Eigen::Index n_q = info.n_q, n_theta = 2 * n_q + info.n_u + 1;
+  VariedProblem varied(problem);
+  varied.parameters_ = Matrix::Zero(static_cast<Eigen::Index>(info.parameters.size()), n_theta + 1);
+  varied.control_column_ = 2 * n_q;
+  varied.dq0_ = Matrix::Identity(n_q, n_theta);
+  varied.dv0_ = Matrix::Zero(n_q, n_theta);
+  varied.dv0_.middleCols(n_q, n_q).setIdentity();
+  varied.deps_r_ = varied.dmu_ = Matrix::Zero(info.n_c(), n_theta + 1);
+  varied.dt_final_ = Vector::Unit(n_theta, n_theta - 1);
+  return varied;
+}
+
+/// B_u(q). The force is affine in u: a difference over controls as large as the force has its rounding only.
+Matrix VariedProblem::input(const Vector& q, const Vector& v) const {
+  const Eigen::Index n_u = info().n_u;
+  Vector u = Vector::Zero(n_u), f(info().n_q), other(info().n_q);
+  problem_.force(q.data(), v.data(), u.data(), f.data());
+  const double size = 1 + f.lpNorm<Eigen::Infinity>();
+  Matrix B(info().n_q, n_u);
+  for (Eigen::Index c = 0; c < n_u; ++c) {
+    u[c] = size;
+    problem_.force(q.data(), v.data(), u.data(), other.data());
+    B.col(c) = (other - f) / size;
+    u[c] = 0;
+  }
+  return B;
+}
+
 /// f_c = 0 and J_n' v = 0 at t = 0, varied
 void VariedProblem::require_consistent_start(const std::vector<std::string>& names) const {
   const ProblemInfo& info = problem_.info();
@@ -69,6 +99,11 @@ void VariedProblem::require_consistent_start(const std::vector<std::string>& nam
 Matrix VariedProblem::rows(const Vector& q, const Vector& v, const Vector& a, const Vector& lambda_n,
                            const Vector& lambda_t) const {
   const Eigen::Index n = info().n_q + 2 * info().n_c() + info().n_lambda_t;
+  if (control_column_ >= 0) {
+    Matrix D = Matrix::Zero(n, parameters_.cols());
+    D.block(0, control_column_, info().n_q, info().n_u) = -input(q, v);
+    return D;
+  }
   if (parameters_.isZero(0)) return Matrix::Zero(n, parameters_.cols());
   Matrix D(n, parameters_.rows());
   problem_.parameter_derivative(q.data(), v.data(), a.data(), lambda_n.data(), lambda_t.data(), D.data());
@@ -79,7 +114,7 @@ Eigen::RowVectorXd VariedProblem::deps_r(int contact, double rate) const {
   const auto& of_speed = info().contacts[contact].eps_r_of_speed;
   if (!of_speed) return deps_r_.row(contact);
   Eigen::RowVectorXd d = Eigen::RowVectorXd::Zero(parameters_.rows());
-  if (rate < 0) of_speed->parameter_derivative(-rate, d.data());
+  if (rate < 0 && control_column_ < 0) of_speed->parameter_derivative(-rate, d.data());
   return d * parameters_;
 }
 

@@ -20,6 +20,9 @@ class VariedProblem {
   /// The problem has to outlive this. @throws InputError for a name that the problem does not have, and for one whose
   /// variation of the initial state violates a bilateral constraint
   VariedProblem(const Problem& problem, const std::vector<std::string>& names);
+  /// The variables of a step of length H under a constant control: q and v at its start, u = info().u, and H, in this
+  /// order, 2 n_q + n_u + 1. dq0() and dv0() are unit columns, also where they violate a constraint.
+  static VariedProblem of_step(const Problem& problem);
 
   const Problem& problem() const { return problem_; }
   const ProblemInfo& info() const { return problem_.info(); }
@@ -46,10 +49,13 @@ class VariedProblem {
   Eigen::RowVectorXd gap_curvature(int contact, const Vector& q, const Vector& v) const;
 
  private:
+  explicit VariedProblem(const Problem& problem) : problem_(problem) {}
   void require_consistent_start(const std::vector<std::string>& names) const;
+  Matrix input(const Vector& q, const Vector& v) const;
 
   const Problem& problem_;
-  Matrix parameters_;  // parameters x (n_theta + 1): which column varies which parameter
+  Matrix parameters_;                 // parameters x (n_theta + 1): which column varies which parameter
+  Eigen::Index control_column_ = -1;  // of the first control; -1 if none varies
   Matrix dq0_, dv0_, deps_r_, dmu_;
   Vector dt_final_;
 };
