@@ -33,14 +33,14 @@ Matrix time_stepping_controls(ControlOptions options, const OptimalControlProble
   return transcription->trajectory(solution.x).u;
 }
 
-/// The controls that a random search finds.
-Matrix explored_controls(const ExplorationOptions& options, const OptimalControlProblem& problem,
-                         std::vector<std::string>& notes) {
+/// A random search over the controls.
+ExplorationResult explored_controls(const ExplorationOptions& options, const OptimalControlProblem& problem,
+                                    std::vector<std::string>& notes) {
   const auto found = explore(problem, tableau_argument(problem.tableau), problem.n_fe, options);
   notes.push_back(
       fmt::format("explored   {} rollouts in {:.2f} s, {} of them without a solution: cost {:.6g}, violation {:.2g}",
                   found.rollouts, found.seconds, found.failed, found.rollout.cost, found.rollout.violation));
-  return found.u;
+  return found;
 }
 
 }  // namespace
@@ -51,7 +51,7 @@ GuessedTranscription guessed_transcription(const ControlOptions& options, const 
   if (options.simulate || options.from_time_stepping > 0 || options.exploration.rounds > 0) {
     const Status status =
         options.exploration.rounds > 0
-            ? transcription.guess_from_simulation(explored_controls(options.exploration, problem, made.notes))
+            ? transcription.guess_from_simulation(explored_controls(options.exploration, problem, made.notes).u)
         : options.from_time_stepping > 0
             ? transcription.guess_from_simulation(time_stepping_controls(options, problem, made.notes))
             : transcription.guess_from_simulation();
@@ -60,6 +60,13 @@ GuessedTranscription guessed_transcription(const ControlOptions& options, const 
   }
   disturb(transcription.mpcc().nlp, options.noise, options.exploration.seed);
   return made;
+}
+
+GuessedControls guessed_controls(const ControlOptions& options, const OptimalControlProblem& problem) {
+  GuessedControls guess;
+  if (options.exploration.rounds > 0) guess.u = explored_controls(options.exploration, problem, guess.notes).starts;
+  if (guess.u.empty()) guess.u.emplace_back(problem.plant->info().u.replicate(1, problem.n_intervals));
+  return guess;
 }
 
 }  // namespace ricochet

@@ -41,69 +41,133 @@ FesdEquations::Options equation_options(const ControlOptions& options, const Opt
 }  // namespace
 
 void ControlOptions::add(CLI::App& command) {
+  const char *of_homotopy = "Options of --method homotopy", *of_shooting = "Options of --method shooting";
   command.add_option("problem", problem, "name of an optimal control problem, see `ricochet list control`")->required();
+  command
+      .add_option("--method", method,
+                  "homotopy: relaxations of a discretised problem; shooting: optimisation over runs of the plant")
+      ->check(CLI::IsMember({"homotopy", "shooting"}))
+      ->capture_default_str();
   command.add_option("--set", changes, "NAME=VALUE: set a parameter of the problem; may be repeated")
       ->allow_extra_args(false);
   command.add_option("--intervals,-N", intervals, "number of control intervals")->check(positive_number());
   command.add_option("--discretisation", discretisation, "discretisation: fesd, time_freezing or time_stepping")
       ->check(CLI::IsMember({"fesd", "time_freezing", "time_stepping"}))
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(of_homotopy);
   command.add_option("--steps", steps, "steps per interval (--discretisation time_stepping)")
       ->check(positive_number())
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(of_homotopy);
   command.add_option("--a-n", freezing.a_n, "gap acceleration of a push [m/s^2] (--discretisation time_freezing)")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(of_homotopy);
   command
       .add_option("--bounce", freezing.bounce,
                   "pseudo time of a bounce in control intervals (--discretisation time_freezing)")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(of_homotopy);
   command.add_option("--elements", elements, "number of finite elements per interval")->check(positive_number());
   command.add_option("--tableau", tableau, "Runge-Kutta tableau, FAMILY:STAGES or @FILE");
   command.add_option("--cross", cross, "form of the cross complementarity: sparse, per_stage or aggregated")
-      ->capture_default_str();
-  command.add_option("--impulses", impulses, "form of the impulses: position_velocity or slack")->capture_default_str();
-  command.add_option("--cone", cone, "friction cone: exact, squared or polyhedral")->capture_default_str();
+      ->capture_default_str()
+      ->group(of_homotopy);
+  command.add_option("--impulses", impulses, "form of the impulses: position_velocity or slack")
+      ->capture_default_str()
+      ->group(of_homotopy);
+  command.add_option("--cone", cone, "friction cone: exact, squared or polyhedral")
+      ->capture_default_str()
+      ->group(of_homotopy);
   command.add_option("--equilibration", equilibration, "step equilibration: objective, exact, tanh or none")
-      ->capture_default_str();
-  command.add_option("--rho", equations.rho, "weight of --equilibration objective")->capture_default_str();
-  command.add_flag("!--capture", equations.no_capture,
-                   "let a closed element absorb a bounce, as the published equations do");
-  command.add_flag("--project", equations.projects, "project end velocities of curved contacts without friction");
+      ->capture_default_str()
+      ->group(of_homotopy);
+  command.add_option("--rho", equations.rho, "weight of --equilibration objective")
+      ->capture_default_str()
+      ->group(of_homotopy);
+  command
+      .add_flag("!--capture", equations.no_capture,
+                "let a closed element absorb a bounce, as the published equations do")
+      ->group(of_homotopy);
+  command.add_flag("--project", equations.projects, "project end velocities of curved contacts without friction")
+      ->group(of_homotopy);
   command.add_option("--eps-c", equations.eps_c, "fraction of a step over which open gaps must stay open; 0 for none")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(of_homotopy);
   command.add_option("--relaxation", homotopy.relaxation, "relaxation of the complementarity pairs")
-      ->capture_default_str();
-  command.add_option("--sigma-0", homotopy.sigma_0, "first relaxation parameter")->capture_default_str();
+      ->capture_default_str()
+      ->group(of_homotopy);
+  command.add_option("--sigma-0", homotopy.sigma_0, "first relaxation parameter")
+      ->capture_default_str()
+      ->group(of_homotopy);
   command.add_option("--sigma-final", homotopy.sigma_final, "last relaxation parameter before the crossover")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(of_homotopy);
   command.add_option("--factor", homotopy.factor, "factor from one relaxation parameter to the next")
-      ->capture_default_str();
-  command.add_flag("--superlinear", superlinear, "use sigma to the power 1.5 if it is less than factor * sigma");
-  command.add_option("--max-iterations", homotopy.max_iterations, "iteration limit of a homotopy step")
+      ->capture_default_str()
+      ->group(of_homotopy);
+  command.add_flag("--superlinear", superlinear, "use sigma to the power 1.5 if it is less than factor * sigma")
+      ->group(of_homotopy);
+  command
+      .add_option("--max-iterations", homotopy.max_iterations,
+                  "limit of iterations: of a homotopy step, or of shooting (default there: 300)")
       ->capture_default_str();
   command
       .add_option("--max-branches", homotopy.max_branches,
                   "number of branches that the crossover tries after the first")
       ->check(non_negative_number())
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(of_homotopy);
   command.add_option("--time-limit", homotopy.time_limit, "limit of the wall time [s]; 0 for none")
       ->capture_default_str()
       ->check(non_negative_number());
-  command.add_flag("--simulate", simulate,
-                   "initial guess: the motion under the guessed control (default: a constant state)");
+  command
+      .add_flag("--simulate", simulate,
+                "initial guess: the motion under the guessed control (default: a constant state)")
+      ->group(of_homotopy);
   command
       .add_option(
           "--from-time-stepping", from_time_stepping,
           "initial guess: the motion under controls found by time stepping with this number of steps per interval")
-      ->check(positive_number());
+      ->check(positive_number())
+      ->group(of_homotopy);
   command
       .add_option("--explore", exploration.rounds,
                   "initial guess: the best motion of a random search over the controls with this number of rounds")
       ->check(non_negative_number());
-  command.add_option("--noise", noise, "largest random change of the guessed positions")->capture_default_str();
+  command
+      .add_option("--knots", exploration.knots,
+                  "number of knots between which --explore interpolates controls, from 2 to the number of intervals "
+                  "(default: one per interval, but 10 at most)")
+      ->check(CLI::Number);
+  command.add_option("--noise", noise, "largest random change of the guessed positions")
+      ->capture_default_str()
+      ->group(of_homotopy);
+  command
+      .add_option("--starts", exploration.starts,
+                  "number of the best controls of --explore that are tried for a few iterations; the best goes on")
+      ->group(of_shooting);
   command.add_option("--seed", exploration.seed, "seed of --explore and --noise")
       ->check(non_negative_number())
       ->capture_default_str();
+  command.parse_complete_callback([this, &command, of_homotopy, of_shooting] {
+    const std::string other = is_shooting() ? of_homotopy : of_shooting;
+    const bool is_other_discretisation = is_shooting() && discretisation != "fesd";
+    if (is_other_discretisation)
+      throw InputError("--discretisation", discretisation, "fesd is required, the only one of --method shooting");
+    for (const CLI::Option* option : command.get_options()) {
+      if (option->count() == 0 || option->get_group() != other || option->get_name() == "--discretisation") continue;
+      throw InputError(option->get_name(), fmt::format("{}", fmt::join(option->results(), " ")),
+                       fmt::format("no value is allowed with --method {}, which has no such option", method));
+    }
+    for (const char* name : {"--knots", "--starts"}) {
+      if (command.get_option(name)->count() > 0 && exploration.rounds == 0)
+        throw InputError(name, fmt::format("{}", fmt::join(command.get_option(name)->results(), " ")),
+                         "--explore is required, the search that it belongs to");
+    }
+    if (is_shooting() && command.get_option("--max-iterations")->count() > 0)
+      shooting.max_iterations = homotopy.max_iterations;
+    shooting.time_limit = homotopy.time_limit;
+  });
 }
 
 ControlOptions ControlOptions::parse(const std::string& arguments) {
@@ -123,6 +187,7 @@ std::unique_ptr<OptimalControlProblem> ControlOptions::make_problem() const {
   if (intervals > 0) made->n_intervals = intervals;
   if (elements > 0) made->n_fe = elements;
   if (!tableau.empty()) made->tableau = tableau;
+  check(exploration, made->n_intervals);
   return made;
 }
 
@@ -147,6 +212,7 @@ std::unique_ptr<Transcription> ControlOptions::make_transcription(const OptimalC
 }
 
 HomotopyOptions ControlOptions::homotopy_options() const {
+  if (is_shooting()) throw InputError("--method", method, "homotopy is required here; `ricochet control` has shooting");
   HomotopyOptions result = homotopy;
   if (superlinear) result.update = SigmaUpdate::superlinear;
   return result;
@@ -156,6 +222,8 @@ std::string ControlOptions::describe(const OptimalControlProblem& made) const {
   const auto elements_of = [&](const char* name) {
     return fmt::format("{} {}, {} intervals of {} elements", name, made.tableau, made.n_intervals, made.n_fe);
   };
+  if (is_shooting())
+    return fmt::format("FESD-J {}, {} intervals of {} elements or more", made.tableau, made.n_intervals, made.n_fe);
   if (discretisation == "time_freezing") return elements_of("time freezing");
   return is_fesd() ? elements_of("FESD-J")
                    : fmt::format("time stepping, {} intervals of {} steps", made.n_intervals, steps);

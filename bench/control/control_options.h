@@ -6,6 +6,7 @@
 
 #include "methods/complementarity/mpcc/homotopy.h"
 #include "methods/control/exploration.h"
+#include "methods/control/shooting/shooting.h"
 #include "methods/control/time_freezing_transcription.h"
 #include "methods/control/transcription.h"
 #include "methods/mpcc_equations/fesd_equations.h"
@@ -17,8 +18,9 @@ class App;
 
 namespace ricochet {
 
-/// The options of `ricochet control`: discretisation, guess and solution of an optimal control problem.
+/// The options of `ricochet control`: method, discretisation, guess and solution of an optimal control problem.
 struct ControlOptions {
+  std::string method = "homotopy";  ///< or "shooting"
   std::string problem;
   std::vector<std::string> changes;
   std::string discretisation = "fesd";
@@ -44,11 +46,14 @@ struct ControlOptions {
   int from_time_stepping = 0;  ///< steps per interval; 0: not used
   ExplorationOptions exploration{.rounds = 0};
   double noise = 0;
+  ShootingOptions shooting;
 
+  /// Adds the options to `command`. An option of the other method is an InputError.
   void add(CLI::App& command);
   /// The options of a command line, "two_carts --simulate". @throws InputError
   static ControlOptions parse(const std::string& arguments);
 
+  bool is_shooting() const { return method == "shooting"; }
   bool is_fesd() const { return discretisation == "fesd"; }
   std::unique_ptr<OptimalControlProblem> make_problem() const;  ///< @throws InputError
   /// With the guess of the problem; guessed_transcription() makes the selected guess.

@@ -1,0 +1,25 @@
+#pragma once
+
+#include <string>
+
+#include "methods/control/control_trajectory.h"
+#include "problems/solution.h"
+
+namespace ricochet {
+
+/// Solution of an optimal control problem, by whatever method.
+struct ControlSolution {
+  Status status = Status::success;  ///< success: stationary, see `stationarity`
+  std::string message;              ///< the reason, unless it succeeded
+  ControlTrajectory trajectory;     ///< the last iterate; without points if the method has none that can be used
+  double violation = 0;             ///< largest violation of a constraint
+  std::string violated;             ///< its name, empty for none
+  std::string stationarity;         ///< what is known of the point: "S, B, 3 biactive pairs"
+  int iterations = 0;
+  long rollouts = 0;  ///< runs of the plant; 0 for a method that has none
+  double seconds = 0, derivative_seconds = 0;
+
+  bool succeeded() const { return status == Status::success; }
+};
+
+}  // namespace ricochet

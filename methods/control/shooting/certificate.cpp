@@ -1,0 +1,226 @@
+#include "methods/control/shooting/certificate.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "problems/dense_solve.h"
+
+namespace ricochet {
+namespace {
+
+/// How far into a piece its gradient is taken, in multiples of the distance at which a guard is active.
+constexpr double kProbe = 30;
+/// Guards whose gradients are parallel up to this are one border.
+constexpr double kParallel = 1e-6;
+/// Part of the first-order change that a difference of costs may miss before it counts as a jump.
+constexpr double kJump = 0.3;
+/// Rounding of a cost, relative.
+constexpr double kCostRounding = 1e-13;
+/// An inequality of a stage is active if a change of the controls of this part of their scales reaches it. No slope is
+/// looked at where it would have to exceed the second number.
+constexpr double kActiveConstraint = 1e-6, kSteepest = 1e5;
+
+using Gradient = ShootingProgram::Gradient;
+
+/// All controls, then H if it is free, relative to their scales.
+class ScaledControls {
+ public:
+  ScaledControls(const ShootingProgram& program, Eigen::Index N, bool has_H)
+      : scale_(program.scale()), N_(N), H_scale_(program.H_scale()), has_H_(has_H) {}
+
+  Eigen::Index size() const { return scale_.size() * N_ + (has_H_ ? 1 : 0); }
+  Vector of(const Gradient& gradient) const {
+    Vector g(size());
+    g.head(scale_.size() * N_) = (gradient.u.array().colwise() * scale_.array()).matrix().reshaped();
+    if (has_H_) g[size() - 1] = gradient.H * H_scale_;
+    return g;
+  }
+  Matrix controls(const Vector& d) const {
+    return (d.head(scale_.size() * N_).reshaped(scale_.size(), N_).array().colwise() * scale_.array()).matrix();
+  }
+  double H(const Vector& d) const { return has_H_ ? d[size() - 1] * H_scale_ : 0; }
+
+ private:
+  const Vector& scale_;
+  const Eigen::Index N_;
+  const double H_scale_;
+  const bool has_H_;
+};
+
+/// min g' d subject to rows d >= 0, equal d = 0, lower <= d <= upper, by horizon_qp.h. @return d; none if it is not
+/// solved
+std::optional<Vector> solve_linear_program(const Vector& g, const Matrix& rows, const Matrix& equal,
+                                           const Vector& lower, const Vector& upper) {
+  const Eigen::Index n = g.size();
+  HorizonQp qp;
+  qp.dx_0 = Vector::Zero(1);
+  qp.stages.resize(1);
+  HorizonStage& stage = qp.stages[0];
+  stage.A = Matrix::Zero(1, 1);
+  stage.B = Matrix::Zero(1, n);
+  stage.c = Vector::Zero(1);
+  stage.H = Matrix::Zero(n + 1, n + 1);
+  stage.g.setZero(n + 1);
+  stage.g.tail(n) = g;
+  stage.C.setZero(rows.rows() + 2 * equal.rows(), n + 1);
+  stage.C.rightCols(n) << rows, equal, -equal;
+  stage.d = Vector::Zero(stage.C.rows());
+  stage.weight = Vector::Constant(stage.C.rows(), 10 * n * (1 + g.lpNorm<Eigen::Infinity>()));
+  stage.lower = lower;
+  stage.upper = upper;
+  qp.end.H = Matrix::Zero(1, 1);
+  qp.end.g = Vector::Zero(1);
+  qp.end.C.resize(0, 1);
+  qp.end.d.resize(0);
+  qp.end.weight.resize(0);
+  qp.end.E.resize(0, 1);
+  qp.end.r.resize(0);
+  qp.end.E_weight.resize(0);
+  HorizonQpSolver solver;
+  const HorizonQpSolution& solution = solver.solve(qp, {.tolerance = 1e-9});
+  if (!solution.is_solved()) return std::nullopt;
+  return solution.du[0];
+}
+
+/// Gradients of the inequalities and terminal constraints that are active, by the scaled controls.
+struct ActiveConstraints {
+  Matrix rows, equal;
+};
+
+ActiveConstraints active_constraints(const ShootingProgram& program, const ScaledControls& scaled) {
+  std::vector<Vector> rows, equal;
+  for (const auto& [gradient, value] : program.constraint_gradients(kActiveConstraint * kSteepest)) {
+    const Vector g = scaled.of(gradient);
+    if (value <= kActiveConstraint * g.lpNorm<1>()) rows.push_back(g / std::max(g.lpNorm<1>(), 1e-300));
+  }
+  for (const auto& gradient : program.terminal_gradients()) {
+    const Vector g = scaled.of(gradient);
+    equal.push_back(g / std::max(g.lpNorm<1>(), 1e-300));
+  }
+  const auto stacked = [&](const std::vector<Vector>& list) {
+    Matrix matrix(static_cast<Eigen::Index>(list.size()), scaled.size());
+    for (std::size_t k = 0; k < list.size(); ++k) matrix.row(static_cast<Eigen::Index>(k)) = list[k].transpose();
+    return matrix;
+  };
+  return {stacked(rows), stacked(equal)};
+}
+
+}  // namespace
+
+std::string Certificate::describe() const {
+  std::string text = is_b_stationary ? (n_edges > 0 ? "B up to an edge" : "B") : "not B";
+  text += fmt::format(", {} active guard{}, LPEC {:.0e}", n_active, n_active == 1 ? "" : "s", std::abs(lpec));
+  if (n_edges > 0) text += fmt::format(", edge: J jumps across {} of {} neighbours", n_edges, n_pieces - 1);
+  if (n_unexamined > 0) text += fmt::format(", {} of {} pieces not examined", n_unexamined, n_pieces + n_unexamined);
+  return text;
+}
+
+Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingProgram& program,
+                    const PlantMotion& motion, double nu, const CertificateOptions& options) {
+  const OptimalControlProblem& problem = runner.problem();
+  const Eigen::Index N = motion.u.cols(), n_q = runner.plant().n_q();
+  const ScaledControls scaled(program, N, problem.is_time_free);
+  program.add_guards(motion, lineariser);
+  const Vector g_own = scaled.of(program.gradient());
+  const double size = 1 + g_own.lpNorm<Eigen::Infinity>();
+
+  Certificate certificate;
+  std::vector<Vector> borders;  // gradients of the active guards, of norm 1
+  for (const Guard& guard : program.guards()) {
+    const Vector g = scaled.of(program.gradient(guard.interval, guard.slope));
+    const double reach = g.lpNorm<1>();
+    if (!(reach > 0) || !std::isfinite(reach) || guard.value > options.active * reach) continue;
+    const Vector direction = g / g.norm();
+    const bool is_known =
+        std::ranges::any_of(borders, [&](const Vector& other) { return (other - direction).norm() <= kParallel; });
+    if (is_known) continue;
+    borders.push_back(direction);
+    certificate.active.push_back(guard);
+  }
+  const auto b = static_cast<Eigen::Index>(borders.size());
+  certificate.n_active = static_cast<int>(b);
+  Matrix G(b, scaled.size());
+  for (Eigen::Index k = 0; k < b; ++k) G.row(k) = borders[static_cast<std::size_t>(k)].transpose();
+  const Matrix G_inverse = b > 0 ? pseudo_inverse(G) : Matrix(scaled.size(), 0);
+
+  Vector lower = Vector::Constant(scaled.size(), -1), upper = -lower;
+  for (Eigen::Index k = 0; k < N; ++k) {
+    for (Eigen::Index c = 0; c < motion.u.rows(); ++c) {
+      const double u = motion.u(c, k), s = program.scale()[c];
+      if (u - problem.u.lower[c] <= kActiveConstraint * s) lower[k * motion.u.rows() + c] = 0;
+      if (problem.u.upper[c] - u <= kActiveConstraint * s) upper[k * motion.u.rows() + c] = 0;
+    }
+  }
+  if (problem.is_time_free) {
+    const double T = static_cast<double>(N) * motion.H;
+    if (T <= problem.T_lower * (1 + kActiveConstraint)) lower[scaled.size() - 1] = 0;
+    if (T >= problem.T_upper * (1 - kActiveConstraint)) upper[scaled.size() - 1] = 0;
+  }
+
+  const auto examine = [&](const Vector& g, const Vector& signs, const ActiveConstraints& constraints) {
+    Matrix rows(b + constraints.rows.rows(), scaled.size());
+    rows << signs.asDiagonal() * G, constraints.rows;
+    const auto d = solve_linear_program(g, rows, constraints.equal, lower, upper);
+    if (!d) ++certificate.n_unexamined;
+    const double value = d ? g.dot(*d) / size : 0;
+    if (value >= certificate.lpec) return;
+    certificate.lpec = value;
+    certificate.descent = scaled.controls(*d);
+    certificate.descent_H = scaled.H(*d);
+  };
+  const auto merit = [&](const PlantMotion& m) { return m.cost + nu * (m.violation + m.terminal.lpNorm<1>()); };
+
+  const double n_all = std::exp2(static_cast<double>(b));
+  const auto n_examined = static_cast<unsigned>(std::min<double>(n_all, options.max_pieces));
+  certificate.n_unexamined = static_cast<int>(std::min<double>(n_all - n_examined, 1e9));
+  examine(g_own, Vector::Ones(b), active_constraints(program, scaled));
+  certificate.n_pieces = 1;
+  PlantMotion neighbour;
+  ShootingProgram its_program(runner);
+  const Vector x = motion.x.col(0);
+  for (unsigned set = 1; set < n_examined; ++set) {
+    Vector signs = Vector::Ones(b);
+    for (Eigen::Index k = 0; k < std::min<Eigen::Index>(b, 31); ++k) {
+      if ((set >> k & 1U) != 0) signs[k] = -1;
+    }
+    const Vector into = G_inverse * signs;
+    if (((G * into).array() * signs.array()).minCoeff() < 0.5) continue;  // no direction leads there
+    const double epsilon = kProbe * options.active / std::max(into.lpNorm<Eigen::Infinity>(), 1e-12) *
+                           std::sqrt(static_cast<double>(scaled.size()));
+    ++certificate.n_pieces;
+    runner.run(x.head(n_q), x.tail(n_q),
+               (motion.u + epsilon * scaled.controls(into))
+                   .cwiseMax(problem.u.lower.replicate(1, N))
+                   .cwiseMin(problem.u.upper.replicate(1, N)),
+               motion.H + epsilon * scaled.H(into), neighbour);
+    if (!neighbour.succeeded() || !lineariser.linearise(neighbour).empty()) {
+      ++certificate.n_edges;
+      continue;
+    }
+    its_program.set(neighbour, lineariser);
+    const Vector g = scaled.of(its_program.gradient());
+    const double change = merit(neighbour) - merit(motion), smooth = epsilon * g.dot(into),
+                 own = epsilon * g_own.dot(into), jump = change - smooth;
+    if (std::abs(jump) > kJump * (std::abs(smooth) + std::abs(own)) + kCostRounding * (1 + std::abs(merit(motion)))) {
+      if (jump > 0) {
+        ++certificate.n_edges;
+        continue;
+      }
+    }
+    if (change < -options.tolerance * epsilon * size - kCostRounding * (1 + std::abs(merit(motion))) && jump < 0) {
+      certificate.lpec = -std::numeric_limits<double>::infinity();  // a better motion, at once
+      certificate.descent = scaled.controls(into) * epsilon;
+      certificate.descent_H = scaled.H(into) * epsilon;
+      break;
+    }
+    examine(g, signs, active_constraints(its_program, scaled));
+  }
+  certificate.is_b_stationary = certificate.n_unexamined == 0 && certificate.lpec >= -options.tolerance;
+  return certificate;
+}
+
+}  // namespace ricochet

@@ -1,0 +1,299 @@
+#include "methods/control/shooting/shooting.h"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <limits>
+#include <optional>
+
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+/// A step is accepted with this part of the predicted decrease, and good or bad for the trust region from these parts on.
+constexpr double kAccepted = 0.01, kGood = 0.75, kBad = 0.25;
+constexpr double kLargestDelta = 2;  // the whole range of a control
+constexpr double kSmallestDelta = 1e-11;
+/// Rounding of a cost, relative: sums of some hundred terms.
+constexpr double kRounding = 1e-14;
+/// A predicted decrease of this part of the cost is rounding: steps that do not shrink any more are the last ones.
+constexpr double kNoDecrease = 1e-15, kShrinking = 0.5;
+/// nu at most, relative to 1 + the first cost.
+constexpr double kLargestNu = 1e8;
+/// Trust regions tried in one iteration.
+constexpr int kMaxTrials = 60;
+/// Iterations of each of several guesses.
+constexpr int kPolish = 5;
+/// Descents into neighbouring pieces, and the part of the predicted decrease that a step along one has to reach.
+constexpr int kMaxDescents = 30, kMaxHalvings = 40;
+constexpr double kArmijo = 1e-3;
+
+double now() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+void check(const ShootingOptions& options) {
+  if (options.max_iterations < 1)
+    throw InputError("--max-iterations", options.max_iterations, "a number >= 1 is required");
+  if (!(options.time_limit >= 0)) throw InputError("--time-limit", options.time_limit, "a number >= 0 is required");
+  if (!(options.Delta > 0) || !std::isfinite(options.Delta))
+    throw InputError("trust region", options.Delta, "a finite number > 0 is required");
+}
+
+}  // namespace
+
+Shooting::Shooting(const OptimalControlProblem& problem, const ButcherTableau& tableau, const ShootingOptions& options)
+    : problem_(problem), options_(options), runner_(problem, tableau), lineariser_(runner_), program_(runner_) {
+  check(options);
+}
+
+double Shooting::merit(const PlantMotion& motion) const {
+  return motion.cost + nu_ * (motion.violation + motion.terminal.lpNorm<1>());
+}
+
+bool Shooting::is_out_of_time() const {
+  return options_.time_limit > 0 && now() - start_ > options_.time_limit;
+}
+
+/// Runs the first motion. @return whether it can be optimised
+bool Shooting::begin(const Matrix& u, double T) {
+  const ProblemInfo& info = problem_.plant->info();
+  const Eigen::Index N = u.cols();
+  if (u.rows() != info.n_u || N < 1)
+    throw InputError("controls", fmt::format("{} x {}", u.rows(), N),
+                     fmt::format("{} x the number of intervals are required", info.n_u));
+  const double time = problem_.is_time_free ? std::clamp(T, problem_.T_lower, problem_.T_upper) : T;
+  const Matrix inside = u.cwiseMax(problem_.u.lower.replicate(1, N)).cwiseMin(problem_.u.upper.replicate(1, N));
+  runner_.run(info.q0, info.v0, inside, time / static_cast<double>(N), motion_);
+  status_ = motion_.status;
+  message_ = motion_.succeeded() ? "" : "first guess: " + motion_.message;
+  iterations_ = 0;
+  is_examined_ = false;
+  last_size_ = std::numeric_limits<double>::infinity();
+  Delta_ = options_.Delta;
+  nu_ = 1 + std::abs(motion_.cost);
+  is_linearised_ = false;
+  return motion_.succeeded();
+}
+
+/// Runs (2) into trial_. @param actual  decrease of (3). @return whether it is accepted
+bool Shooting::try_step(const HorizonQpSolution& step, bool has_feedback, double predicted, double& actual) {
+  const Eigen::Index n_q = 2 * runner_.plant().n_q();
+  const auto policy = [&](int k, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> u) {
+    const auto i = static_cast<std::size_t>(k);
+    u = motion_.u.col(k) + step.du[i];
+    if (has_feedback) u += step.K[i].leftCols(n_q) * (x - motion_.x.col(k) - step.dx[i].head(n_q));
+    u = u.cwiseMax(problem_.u.lower).cwiseMin(problem_.u.upper).eval();
+  };
+  const double H = motion_.H + (problem_.is_time_free ? step.dx[0][n_q] : 0);
+  const Vector x = motion_.x.col(0);
+  runner_.run(x.head(n_q / 2), x.tail(n_q / 2), policy, static_cast<int>(motion_.u.cols()), H, trial_);
+  const double before = merit(motion_);
+  actual = trial_.succeeded() ? before - merit(trial_) : -std::numeric_limits<double>::infinity();
+  return actual + kRounding * (1 + std::abs(before)) >= kAccepted * predicted;
+}
+
+/// One accepted step, or the end.
+Shooting::Outcome Shooting::iterate(ShootingIteration& report) {
+  if (!is_linearised_) {
+    const double begin = now();
+    const std::string reason = lineariser_.linearise(motion_);
+    derivative_seconds_ += now() - begin;
+    if (!reason.empty()) {
+      message_ = reason;
+      return Outcome::stalled;
+    }
+    is_linearised_ = true;
+  }
+  program_.set(motion_, lineariser_);
+  const double largest_nu = kLargestNu * (1 + std::abs(motion_.cost));
+  report.guarded = false;
+  double margin = 0;
+  for (int trial = 0; trial < kMaxTrials; ++trial) {
+    if (is_out_of_time()) return Outcome::out_of_time;
+    const HorizonQpSolution* step = &program_.solve(Delta_, nu_, margin);
+    while (step->is_solved() && nu_ < largest_nu && program_.slack(*step) > options_.feasibility &&
+           program_.slack(*step) > 0.5 * program_.slack()) {
+      nu_ = std::min(10 * nu_, largest_nu);
+      step = &program_.solve(Delta_, nu_, margin);
+    }
+    if (step->status == QpStatus::non_finite) {
+      message_ = "a derivative of the motion is not finite";
+      return Outcome::stalled;
+    }
+    if (!step->is_solved()) {
+      message_ = fmt::format("quadratic program: {}", step->message);
+      margin = 0;
+      Delta_ *= 0.3;
+      if (Delta_ < kSmallestDelta) return Outcome::stalled;
+      continue;
+    }
+    const double predicted = program_.predicted_decrease(*step), size = program_.step_size(*step);
+    const double no_decrease = kNoDecrease * (1 + std::abs(merit(motion_)));
+    report.step = size;
+    const bool is_rounding = predicted <= no_decrease && size >= kShrinking * last_size_;
+    last_size_ = size;
+    if (size <= options_.step_tolerance || predicted <= 0 || is_rounding) return Outcome::stationary;
+    double actual = 0;
+    bool is_accepted = try_step(*step, true, predicted, actual);
+    bool left = !trial_.succeeded() || !has_same_sequence(motion_, trial_);
+    if (!is_accepted) {
+      is_accepted = try_step(*step, false, predicted, actual);
+      left = left || !trial_.succeeded() || !has_same_sequence(motion_, trial_);
+    }
+    if (is_accepted) {
+      const double begin = now();
+      const std::string reason = lineariser_.linearise(trial_);
+      derivative_seconds_ += now() - begin;
+      if (reason.empty()) {
+        report.same_sequence = !left;
+        if (actual > kGood * predicted && size > 0.9 * Delta_) Delta_ = std::min(2 * Delta_, kLargestDelta);
+        if (actual < kBad * predicted) Delta_ = std::max(0.5 * size, kSmallestDelta);
+        std::swap(motion_, trial_);
+        return Outcome::accepted;
+      }
+      message_ = reason;
+      lineariser_.linearise(motion_);
+    }
+    if (left && !program_.has_guards()) {
+      program_.add_guards(motion_, lineariser_);
+      report.guarded = true;
+    } else {
+      Delta_ = 0.3 * std::min(Delta_, size);
+      // Guards curve: on the border of their linearisation a step of this size misses them by its square.
+      if (left) margin = Delta_ * Delta_ * program_.scale().maxCoeff();
+      if (Delta_ < kSmallestDelta) break;
+    }
+  }
+  message_ = "no step is accepted, however short";
+  return Outcome::stalled;
+}
+
+void Shooting::iterate_until_done(int max_iterations, const Progress& progress) {
+  for (int k = 0; k < max_iterations; ++k) {
+    ShootingIteration report{
+        .number = iterations_ + 1, .cost = motion_.cost, .violation = motion_.violation + motion_.terminal.lpNorm<1>()};
+    const Outcome outcome = iterate(report);
+    ++iterations_;
+    report.Delta = Delta_;
+    report.seconds = now() - start_;
+    if (progress) progress(report);
+    if (outcome == Outcome::accepted) continue;
+    if (outcome == Outcome::out_of_time) {
+      status_ = Status::time_limit;
+      message_ = fmt::format("the time limit of {:g} s was reached", options_.time_limit);
+    } else if (outcome == Outcome::stalled) {
+      status_ = Status::inner_solver_failed;
+    } else {
+      status_ = Status::success;
+      message_.clear();
+    }
+    return;
+  }
+  status_ = Status::step_limit;
+  message_ = fmt::format("not stationary after {} iterations", iterations_);
+}
+
+/// Iterations, and descents into neighbouring pieces, until the end is certified.
+void Shooting::finish(const Progress& progress) {
+  for (int round = 0; round < kMaxDescents; ++round) {
+    iterate_until_done(options_.max_iterations - iterations_, progress);
+    const bool may_be_stationary = status_ == Status::success || status_ == Status::inner_solver_failed;
+    if (!may_be_stationary || !is_linearised_) return;
+    program_.set(motion_, lineariser_);
+    certificate_ = certify(runner_, lineariser_, program_, motion_, nu_, {});
+    is_examined_ = true;
+    is_linearised_ = false;
+    if (certificate_.is_b_stationary) {
+      status_ = Status::success;
+      message_.clear();
+      return;
+    }
+    if (!descend(certificate_)) break;
+    is_examined_ = false;
+  }
+  if (status_ != Status::success) return;
+  status_ = Status::inner_solver_failed;
+  message_ = "a neighbouring piece of the cost descends, but no step along it is accepted";
+}
+
+/// Takes a step along the descent of a certificate. @return whether one is accepted
+bool Shooting::descend(const Certificate& certificate) {
+  if (certificate.descent.size() == 0) return false;
+  const Eigen::Index N = motion_.u.cols(), n_q = runner_.plant().n_q();
+  const Vector x = motion_.x.col(0);
+  const bool jumps = !std::isfinite(certificate.lpec);
+  const double slope = jumps ? 0 : -certificate.lpec;
+  double t = 1;
+  for (int k = 0; k < (jumps ? 1 : kMaxHalvings); ++k, t *= 0.5) {
+    const Matrix u = (motion_.u + t * certificate.descent)
+                         .cwiseMax(problem_.u.lower.replicate(1, N))
+                         .cwiseMin(problem_.u.upper.replicate(1, N));
+    runner_.run(x.head(n_q), x.tail(n_q), u, motion_.H + t * certificate.descent_H, trial_);
+    if (!trial_.succeeded() || merit(motion_) - merit(trial_) <= kArmijo * t * slope) continue;
+    std::swap(motion_, trial_);
+    Delta_ = std::clamp(t, Delta_, kLargestDelta);
+    last_size_ = std::numeric_limits<double>::infinity();
+    return true;
+  }
+  return false;
+}
+
+ControlSolution Shooting::solve(const Matrix& u, double T, const Progress& progress) {
+  return solve(std::span(&u, 1), T, progress);
+}
+
+ControlSolution Shooting::solve(std::span<const Matrix> guesses, double T, const Progress& progress) {
+  start_ = now();
+  derivative_seconds_ = 0;
+  int iterations = 0;
+  if (guesses.size() > 1) {
+    std::optional<PlantMotion> best;
+    double nu = 0, Delta = 0;
+    for (const Matrix& u : guesses) {
+      if (!begin(u, T)) continue;
+      nu_ = std::max(nu_, nu);  // motions are compared with the largest so far
+      iterate_until_done(kPolish, {});
+      iterations += iterations_;
+      nu = nu_;
+      if (best && merit(motion_) >= merit(*best)) continue;
+      best = motion_;
+      Delta = Delta_;
+    }
+    if (!best) return result();
+    motion_ = *best;
+    Delta_ = Delta;
+    is_linearised_ = false;
+    iterations_ = iterations;
+    message_.clear();
+  } else if (!begin(guesses.front(), T)) {
+    return result();
+  }
+  finish(progress);
+  return result();
+}
+
+ControlSolution Shooting::result() const {
+  ControlSolution solution;
+  solution.status = status_;
+  solution.message = message_;
+  solution.trajectory = runner_.trajectory(motion_);
+  const WorstConstraint worst = runner_.worst(motion_);
+  solution.violation = worst.value;
+  solution.violated = worst.name;
+  solution.iterations = iterations_;
+  solution.rollouts = runner_.rollouts();
+  solution.seconds = now() - start_;
+  solution.derivative_seconds = derivative_seconds_;
+  if (is_examined_) solution.stationarity = certificate_.describe();
+  if (solution.succeeded() && worst.value > options_.feasibility) {
+    solution.status = Status::infeasible;
+    solution.message = fmt::format("the least violation found is {:.3g}: {}", worst.value, worst.name);
+  }
+  return solution;
+}
+
+}  // namespace ricochet

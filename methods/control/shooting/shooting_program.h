@@ -1,0 +1,111 @@
+#pragma once
+
+#include <vector>
+
+#include "methods/control/shooting/guards.h"
+#include "methods/control/shooting/horizon_qp.h"
+#include "methods/control/shooting/linearised_interval.h"
+
+namespace ricochet {
+
+/// The quadratic program of a step of shooting, in dx_k = change of (q, v), and of H behind them if the end time is
+/// free, and du_k:
+///
+///   min  sum h b_j (grad L' D z + 1/2 (D z)' (L'')+ D z) + L b_j dh + grad E' dx_N + 1/2 dx_N' (E'')+ dx_N          (1)
+///   s.t. c + c' D z >= 0 at every stage,   r + r' dx_N = 0,   both with slacks of the cost nu each                   (2)
+///        lower <= u + du <= upper,   |du| <= Delta s,   guard + guard' z >= 0                                        (3)
+///
+/// where D are the derivatives of a stage's (q, v, u) by z = (dx_k, du_k), c are those of stage_constraints.h and ()+ is
+/// the projection to the positive semidefinite part: the generalised Gauss-Newton matrix. s are half the distances of
+/// the bounds of a control, or 1. A change of h_n changes the cost in first order only.
+class ShootingProgram {
+ public:
+  /// @param runner  must outlive this object
+  explicit ShootingProgram(PlantRunner& runner);
+
+  /// Sets everything but Delta, nu and the guards. @param linearised  of the motion
+  void set(const PlantMotion& motion, const MotionLineariser& linearised);
+  /// Appends the guards of the motion to (3), once.
+  void add_guards(const PlantMotion& motion, const MotionLineariser& linearised);
+  bool has_guards() const { return has_guards_; }
+
+  /// Solves the program with Delta and nu. Of the rows of (2) and (3), those that its solution violates are added one
+  /// after the other: most rows of most stages never matter. @return valid until the next call
+  /// @param margin  by which the guards have to stay away from zero, in units of their rows
+  const HorizonQpSolution& solve(double Delta, double nu, double margin = 0);
+
+  /// What the cost of (1) with nu times the violation falls by, according to the solution.
+  double predicted_decrease(const HorizonQpSolution& solution) const;
+  /// Slacks of (2) in the solution, and at z = 0.
+  double slack(const HorizonQpSolution& solution) const;
+  double slack() const { return slack_at_0_; }
+  /// The largest change of a control, relative to s; of H, relative to its own range.
+  double step_size(const HorizonQpSolution& solution) const;
+  /// Gradient of the cost, without constraints, by all controls, n_u x N, and by H.
+  struct Gradient {
+    Matrix u;
+    double H = 0;
+  };
+  Gradient gradient() const;
+  /// Gradient of a function with the given slope by theta of one interval, by all controls and by H.
+  Gradient gradient(int interval, const Eigen::RowVectorXd& by_theta) const;
+
+  struct ConstraintGradient {
+    Gradient gradient;
+    double value = 0;  ///< of the constraint
+  };
+  /// Gradients of those inequalities (2) of all stages whose value is at most `largest`, by all controls and H.
+  std::vector<ConstraintGradient> constraint_gradients(double largest) const;
+  /// Gradients of r.
+  std::vector<Gradient> terminal_gradients() const;
+
+  const std::vector<Guard>& guards() const { return guards_; }
+  const Vector& scale() const { return scale_; }
+  double H_scale() const { return H_scale_; }
+  int n_x() const { return n_x_; }
+
+ private:
+  /// All rows of (2), then of (3), of one stage.
+  struct Rows {
+    Matrix C;
+    Vector d;
+    Eigen::Index n_constraints = 0;  // of (2)
+    std::vector<char> is_used;       // in qp_
+  };
+  void add_stage(const Element& e, const Sensitivity::ElementDerivatives& derivatives, int j, HorizonStage& stage,
+                 Rows& rows);
+  void set_end(const PlantMotion& motion);
+  void set_bounds(double Delta, double nu);
+  void use_rows(double nu, double margin);
+  bool add_violated(const HorizonQpSolution& solution, double margin);
+  Vector by_z(const Eigen::RowVectorXd& by_theta) const;
+  Gradient adjoint(int from, Vector lambda, const std::vector<Vector>* g) const;
+
+  PlantRunner& runner_;
+  const OptimalControlProblem& problem_;
+  const Eigen::Index n_q_, n_u_, n_theta_;
+  const bool is_time_free_;
+  const int n_x_;
+  Vector scale_;  // s
+  double H_scale_ = 1;
+
+  HorizonQp qp_;  // its rows are the used ones
+  HorizonQpSolver solver_;
+  std::vector<Rows> rows_;
+  Matrix u_;
+  double H_ = 0;
+  double slack_at_0_ = 0, nu_ = 0;
+  bool has_guards_ = false;
+  std::vector<Guard> guards_;
+
+  /// The positive semidefinite part of a matrix; of the last one, it is kept.
+  struct PositivePart {
+    Matrix of, part;
+    const Matrix& operator()(const Matrix& A);
+  };
+  PositivePart running_, terminal_;
+  Vector point_, gradient_L_, c_;
+  Matrix D_, D_theta_, hessian_, J_;
+};
+
+}  // namespace ricochet

@@ -1,0 +1,350 @@
+// Optimal control over rollouts: derivatives of an interval, the iteration, and its certificate.
+#include "methods/control/shooting/shooting.h"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <random>
+
+#include "methods/control/exploration.h"
+#include "methods/runge_kutta/tableau_argument.h"
+#include "problems/control/control_scene.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+/// A mass falls on a floor or lies on it, and a control lifts it.
+template <class T>
+struct LiftedMass {
+  static constexpr SceneText text{"lifted_mass", "a mass over a floor", "ours", "one impact"};
+  T e{0.5}, height{1.0}, u_guess{0.0}, target{0.5}, by_height{10.0}, by_speed{0.1}, by_control{0.1}, linear{0.0};
+
+  void parameters(auto&& visit) {
+    visit("e", e, "1");
+    visit("height", height, "m");
+    visit("u_guess", u_guess, "N");
+    visit("target", target, "m");
+    visit("by_height", by_height, "1");
+    visit("by_speed", by_speed, "1");
+    visit("by_control", by_control, "1");
+    visit("linear", linear, "1");
+  }
+  Vec<T, 1> q0() const { return {height}; }
+  Vec<T, 1> v0() const { return {0}; }
+  T end_time() const { return 1; }
+  Vec<T, 1> mass() const { return {1}; }
+  Vec<T, 1> force(const Vec<T, 1>&, const Vec<T, 1>&) const { return {-10}; }
+  Mat<T, 1, 1> input(const Vec<T, 1>&) const { return {{{1}}}; }
+  Vec<T, 1> control() const { return {u_guess}; }
+  std::array<Contact<T>, 1> contacts() const { return {{{"floor", e}}}; }
+  Vec<T, 1> gap(const Vec<T, 1>& q) const { return {q[0]}; }
+
+  ControlGrid grid() const { return {2, 2, "radau-iia:2"}; }
+  ControlBounds<1, 1> bounds() const { return {every<1>(-5), every<1>(5), every<1>(-50), every<1>(50), {-5}, {20}}; }
+  T running_cost(const Vec<T, 1>&, const Vec<T, 1>&, const Vec<T, 1>& u) const {
+    return by_control * u[0] * u[0] - linear * u[0];
+  }
+  T terminal_cost(const Vec<T, 1>& q, const Vec<T, 1>& v) const {
+    return by_height * (q[0] - target) * (q[0] - target) + by_speed * v[0] * v[0];
+  }
+};
+
+std::unique_ptr<OptimalControlProblem> lifted_mass(const ParameterChanges& changes, int N) {
+  auto problem = scene_detail::make_control<LiftedMass>(scene_with<LiftedMass>(changes));
+  problem->n_intervals = N;
+  validate(*problem);
+  return problem;
+}
+
+/// Derivatives of all stages, element lengths and ends by all controls and H, as one long column per variable.
+Matrix all_derivatives(PlantRunner& runner, const PlantMotion& motion) {
+  MotionLineariser lineariser(runner);
+  EXPECT_EQ(lineariser.linearise(motion), "");
+  const Eigen::Index n_q = runner.plant().n_q(), n_u = motion.u.rows(), N = motion.u.cols(), n = n_u * N + 1;
+  std::vector<Matrix> blocks;
+  Matrix x = Matrix::Zero(2 * n_q, n);
+  for (Eigen::Index k = 0; k < N; ++k) {
+    const LinearisedInterval& interval = lineariser.intervals()[static_cast<std::size_t>(k)];
+    Matrix theta = Matrix::Zero(2 * n_q + n_u + 1, n);
+    theta.topRows(2 * n_q) = x;
+    theta.block(2 * n_q, n_u * k, n_u, n_u).setIdentity();
+    theta(2 * n_q + n_u, n - 1) = 1;
+    for (const auto& element : interval.elements) {
+      blocks.push_back(element.q.leftCols(theta.rows()) * theta);
+      blocks.push_back(element.v.leftCols(theta.rows()) * theta);
+      blocks.push_back(element.h.transpose() * theta);
+    }
+    x = interval.x * theta;
+    blocks.push_back(x);
+  }
+  Eigen::Index rows = 0;
+  for (const auto& block : blocks) rows += block.rows();
+  Matrix all(rows, n);
+  rows = 0;
+  for (const auto& block : blocks) {
+    all.middleRows(rows, block.rows()) = block;
+    rows += block.rows();
+  }
+  return all;
+}
+
+Vector all_values(const PlantMotion& motion) {
+  std::vector<double> values;
+  for (std::size_t k = 0; k < motion.steps.size(); ++k) {
+    for (int n = 0; n < motion.steps[k].n_elements; ++n) {
+      const Element& e = motion.steps[k].elements[n];
+      values.insert(values.end(), e.q.data(), e.q.data() + e.q.size());
+      values.insert(values.end(), e.v.data(), e.v.data() + e.v.size());
+      values.push_back(e.h);
+    }
+    const Vector x = motion.x.col(static_cast<Eigen::Index>(k) + 1);
+    values.insert(values.end(), x.begin(), x.end());
+  }
+  return Eigen::Map<const Vector>(values.data(), static_cast<Eigen::Index>(values.size()));
+}
+
+struct Sequence {
+  int impacts = 0, breaks = 0, stops = 0, slips = 0;
+};
+Sequence sequence_of(const PlantMotion& motion) {
+  Sequence s;
+  for (const FesdStep& step : motion.steps) {
+    for (int n = 0; n < step.n_elements; ++n) {
+      s.impacts += step.touches && !step.Lambda_n.col(n).isZero(0);
+      if (step.ends[n].contact < 0) continue;
+      s.breaks += step.ends[n].kind == SwitchKind::force_vanishes;
+      s.stops += step.ends[n].kind == SwitchKind::slip_stops;
+      s.slips += step.ends[n].kind == SwitchKind::cone_reached;
+    }
+  }
+  return s;
+}
+
+/// Whether both motions exist and have one sequence, for all changes of a control or of H that a difference takes.
+bool is_away_from_borders(PlantRunner& runner, const PlantMotion& motion, double delta) {
+  const ProblemInfo& info = runner.plant().info();
+  PlantMotion varied;
+  for (Eigen::Index variable = 0; variable <= motion.u.size(); ++variable) {
+    for (const int place : {-2, 2}) {
+      Matrix u = motion.u;
+      const bool is_H = variable == u.size();
+      if (!is_H) u.reshaped()[variable] += place * delta;
+      runner.run(info.q0, info.v0, u, motion.H * (is_H ? 1 + place * delta : 1), varied);
+      if (!varied.succeeded() || !has_same_sequence(motion, varied)) return false;
+    }
+  }
+  return true;
+}
+
+/// Compares all derivatives with central differences of fourth order of the motion.
+void expect_right_derivatives(PlantRunner& runner, const PlantMotion& motion, double change, double tolerance) {
+  const ProblemInfo& info = runner.plant().info();
+  const Matrix derivatives = all_derivatives(runner, motion);
+  PlantMotion varied;
+  for (Eigen::Index variable = 0; variable <= motion.u.size(); ++variable) {
+    const bool is_H = variable == motion.u.size();
+    const double delta = change * (is_H ? motion.H : 1);
+    Vector difference = Vector::Zero(derivatives.rows());
+    for (const auto& [place, weight] : {std::pair{1, 8}, {-1, -8}, {2, -1}, {-2, 1}}) {
+      Matrix u = motion.u;
+      if (!is_H) u.reshaped()[variable] += place * delta;
+      runner.run(info.q0, info.v0, u, motion.H + (is_H ? place * delta : 0), varied);
+      difference += weight / (12 * delta) * all_values(varied);
+    }
+    const double error = (difference - derivatives.col(variable)).lpNorm<Eigen::Infinity>();
+    EXPECT_LE(error, tolerance * (1 + difference.lpNorm<Eigen::Infinity>())) << info.id << ", variable " << variable;
+  }
+}
+
+/// The same for the first random controls whose motion is wanted.
+/// @param change  of a control; a smaller one shows the tolerance of the motion, a larger one its higher derivatives
+void expect_right_derivatives(const OptimalControlProblem& problem, double size, double tolerance,
+                              const std::function<bool(const Sequence&)>& is_wanted, double change = 1e-3) {
+  PlantRunner runner(problem, tableau_argument(problem.tableau));
+  const ProblemInfo& info = problem.plant->info();
+  std::mt19937 random(1);
+  std::uniform_real_distribution<double> uniform(-size, size);
+  PlantMotion motion;
+  for (int attempt = 0; attempt < 2000; ++attempt) {
+    Matrix u = Matrix::NullaryExpr(info.n_u, problem.n_intervals, [&] { return uniform(random); });
+    u.colwise() += info.u;
+    runner.run(info.q0, info.v0, u, info.end_time / problem.n_intervals, motion);
+    if (!motion.succeeded() || !is_wanted(sequence_of(motion)) || !is_away_from_borders(runner, motion, change))
+      continue;
+    expect_right_derivatives(runner, motion, change, tolerance);
+    return;
+  }
+  ADD_FAILURE() << problem.id << ": no such motion was found";
+}
+
+TEST(LinearisedInterval, GoesThroughImpacts) {
+  expect_right_derivatives(*lifted_mass({}, 3), 3, 1e-9, [](const Sequence& s) { return s.impacts == 1; });
+  expect_right_derivatives(*make_control_problem("two_carts"), 4, 1e-6,
+                           [](const Sequence& s) { return s.impacts >= 1; });
+}
+
+// Differences of motions that Newton's method solves to 1e-13 of a pole that swings, over 1e-3.
+TEST(LinearisedInterval, GoesThroughSticksAndSlips) {
+  const auto problem = make_control_problem("cart_pole_friction");
+  expect_right_derivatives(*problem, 4, 1e-6, [](const Sequence& s) { return s.stops >= 1; });
+  expect_right_derivatives(*problem, 4, 1e-6, [](const Sequence& s) { return s.slips >= 1; });
+}
+
+TEST(LinearisedInterval, GoesThroughBreaks) {
+  expect_right_derivatives(*make_control_problem("hopper"), 10, 1e-6, [](const Sequence& s) { return s.breaks >= 1; });
+}
+
+// The closed contacts of the boxes are redundant, and impacts happen between boxes that slide.
+TEST(LinearisedInterval, GoesThroughImpactsOfSlidingBoxes) {
+  expect_right_derivatives(*make_control_problem("three_boxes"), 10, 1e-6,
+                           [](const Sequence& s) { return s.impacts >= 2 && s.stops >= 1; });
+}
+
+// The contacts of the discs are curved, and their drag turns from viscous to dry within a tenth of an element.
+TEST(LinearisedInterval, GoesAlongCurvedContacts) {
+  expect_right_derivatives(
+      *make_control_problem("discs"), 20, 1e-6, [](const Sequence& s) { return s.impacts >= 1; }, 1e-4);
+}
+
+// A fall from a height that ends with the first interval; the derivative is that of an impact a little before.
+TEST(LinearisedInterval, GoesThroughAnImpactOnABoundary) {
+  const auto problem = lifted_mass({{"height", 1.25}}, 2);  // 10 t^2 / 2 at 0.5 s
+  PlantRunner runner(*problem, tableau_argument(problem->tableau));
+  PlantMotion motion;
+  runner.run(problem->plant->info().q0, problem->plant->info().v0, Matrix::Zero(1, 2), 0.5, motion);
+  ASSERT_TRUE(motion.succeeded());
+  ASSERT_GT(motion.steps[1].Lambda_n(0, 0), 0) << "the impact is at the start of the second interval";
+  MotionLineariser lineariser(runner);
+  ASSERT_EQ(lineariser.linearise(motion), "");
+  const Matrix &first = lineariser.intervals()[0].x, &second = lineariser.intervals()[1].x;
+  const Vector by_u = second.leftCols(2) * first.col(2);
+  // Before the floor: v- = -a t, a = 10 - u, t = sqrt(2.5 / a), v+ = sqrt(2.5 a) / 2; then for 1 - t under 10.
+  // dv+/du = -sqrt(2.5 / 10) / 4, dt/du = sqrt(2.5) / 2 / 10^1.5; v = v+ - 10 (1 - t), q = v+ (1 - t) - 5 (1 - t)^2.
+  const double dv = -0.125, dt = 0.025, v = 2.5;
+  EXPECT_NEAR(by_u[1], dv + 10 * dt, 1e-10);
+  EXPECT_NEAR(by_u[0], dv * 0.5 - v * dt + 10 * 0.5 * dt, 1e-10);
+}
+
+/// J of the mass under two controls, in closed form, for an impact in the second half.
+long double closed_form(long double u_1, long double u_2, long double height, long double e) {
+  const long double a = 10 - u_1, b = 10 - u_2, q = height - a / 8, v = -a / 2;  // at 0.5 s
+  const long double s = (v + std::sqrt(v * v + 2 * b * q)) / b, after = e * (b * s - v), rest = 0.5L - s;
+  const long double end = after * rest - b * rest * rest / 2, speed = after - b * rest;
+  return 10 * (end - 0.5L) * (end - 0.5L) + 0.1L * speed * speed + 0.1L * (u_1 * u_1 + u_2 * u_2) / 2;
+}
+
+TEST(Shooting, FindsAnOptimumInClosedForm) {
+  const auto problem = lifted_mass({{"height", 1.5}}, 2);
+  Shooting shooting(*problem, tableau_argument(problem->tableau), {});
+  const ControlSolution solution = shooting.solve(Matrix::Zero(1, 2), 1);
+  ASSERT_TRUE(solution.succeeded()) << solution.message;
+  const Matrix& u = solution.trajectory.u;
+  EXPECT_NEAR(solution.trajectory.objective, static_cast<double>(closed_form(u(0, 0), u(0, 1), 1.5L, 0.5L)), 1e-12);
+  // Newton's method on differences of the closed form, of fourth order in long double.
+  long double x = u(0, 0), y = u(0, 1);
+  const long double h = 1e-3L;
+  const auto J = [](long double a, long double b) { return closed_form(a, b, 1.5L, 0.5L); };
+  const auto slope = [&](const auto& f) { return (8 * (f(h) - f(-h)) - (f(2 * h) - f(-2 * h))) / (12 * h); };
+  for (int k = 0; k < 4; ++k) {
+    const long double gx = slope([&](long double d) { return J(x + d, y); }),
+                      gy = slope([&](long double d) { return J(x, y + d); }),
+                      xx = (J(x + h, y) - 2 * J(x, y) + J(x - h, y)) / (h * h),
+                      yy = (J(x, y + h) - 2 * J(x, y) + J(x, y - h)) / (h * h),
+                      xy = (J(x + h, y + h) - J(x + h, y - h) - J(x - h, y + h) + J(x - h, y - h)) / (4 * h * h),
+                      det = xx * yy - xy * xy;
+    x -= (yy * gx - xy * gy) / det;
+    y -= (xx * gy - xy * gx) / det;
+  }
+  EXPECT_NEAR(u(0, 0), static_cast<double>(x), 1e-9);
+  EXPECT_NEAR(u(0, 1), static_cast<double>(y), 1e-9);
+  EXPECT_EQ(solution.stationarity.substr(0, 2), "B,");
+}
+
+// A mass of weight 10 lies on the floor. J falls with the control by 1 per newton until it lifts the mass; from then on
+// it changes by -1 + by_height (u - 10) / 4 + ..., with target = 0 at once by nothing: the slope of the height is given
+// by its linear part, -2 by_height target / 2.
+TEST(Shooting, CertifiesAKink) {
+  // E = by_height (q - target)^2, q = (u - 10) / 2: right slope -1 - by_height target, left slope -1.
+  const auto solve = [](double target) {
+    const auto problem = lifted_mass({{"height", 0.0},
+                                      {"target", target},
+                                      {"by_height", 10.0},
+                                      {"by_speed", 0.0},
+                                      {"by_control", 0.0},
+                                      {"linear", 1.0}},
+                                     1);
+    Shooting shooting(*problem, tableau_argument(problem->tableau), {});
+    return shooting.solve(Matrix::Constant(1, 1, 2), 1);
+  };
+  const ControlSolution held = solve(-1);  // right slope 9
+  ASSERT_TRUE(held.succeeded()) << held.message;
+  EXPECT_NEAR(held.trajectory.u(0, 0), 10, 1e-6);
+  EXPECT_EQ(held.stationarity.substr(0, 17), "B, 1 active guard");
+  const ControlSolution lifted = solve(0);  // right slope -1 + 5 (u - 10)
+  ASSERT_TRUE(lifted.succeeded()) << lifted.message;
+  EXPECT_NEAR(lifted.trajectory.u(0, 0), 10.2, 1e-8);
+  EXPECT_EQ(lifted.stationarity.substr(0, 2), "B,");
+}
+
+TEST(Shooting, TakesTheEndTimeAsAnUnknown) {
+  const auto problem = lifted_mass({{"height", 1.0}, {"target", 1.5}, {"by_control", 0.01}, {"by_speed", 1.0}}, 2);
+  problem->is_time_free = true;
+  problem->T_lower = 0.1;
+  problem->T_upper = 2;
+  Shooting shooting(*problem, tableau_argument(problem->tableau), {});
+  const ControlSolution solution = shooting.solve(Matrix::Constant(1, 2, 12), 1);
+  ASSERT_TRUE(solution.succeeded()) << solution.message;
+  EXPECT_GT(solution.trajectory.T, 0.11);
+  EXPECT_LT(solution.trajectory.T, 1.99);
+  PlantRunner runner(*problem, tableau_argument(problem->tableau));
+  PlantMotion motion;
+  for (const double factor : {1 - 1e-4, 1 + 1e-4}) {
+    runner.run(problem->plant->info().q0, problem->plant->info().v0, solution.trajectory.u,
+               factor * solution.trajectory.T / 2, motion);
+    EXPECT_GE(motion.cost, solution.trajectory.objective) << factor;
+  }
+}
+
+TEST(Shooting, FindsTheImpactOfTwoCarts) {
+  const auto problem = make_control_problem("two_carts");
+  const ButcherTableau tableau = tableau_argument(problem->tableau);
+  const auto found = explore(*problem, tableau, problem->n_fe, {.rounds = 12});
+  Shooting shooting(*problem, tableau, {});
+  const ControlSolution solution = shooting.solve(found.u, 2);
+  ASSERT_TRUE(solution.succeeded()) << solution.message;
+  EXPECT_NEAR(solution.trajectory.objective, 10.511946956, 1e-8);  // found by two other programs, too
+  EXPECT_LE(solution.violation, 1e-9);
+}
+
+TEST(Shooting, StatesWhyAGuessCannotBeRun) {
+  auto problem = make_control_problem("two_carts");
+  Shooting shooting(*problem, tableau_argument(problem->tableau), {});
+  EXPECT_THROW(shooting.solve(Matrix::Zero(2, 10), 2), InputError);
+  EXPECT_THROW(Shooting(*problem, tableau_argument(problem->tableau), {.max_iterations = 0}), InputError);
+  const auto car = make_control_problem("turbo_car");
+  EXPECT_THROW(Shooting(*car, tableau_argument(car->tableau), {}), InputError);
+  const auto limited = lifted_mass({}, 2);
+  Shooting short_one(*limited, tableau_argument(limited->tableau), {.max_iterations = 1});
+  const ControlSolution stopped = short_one.solve(Matrix::Zero(1, 2), 1);
+  EXPECT_EQ(stopped.status, Status::step_limit);
+  EXPECT_EQ(stopped.trajectory.u.cols(), 2) << "the last iterate is a motion all the same";
+}
+
+TEST(Exploration, InterpolatesItsKnots) {
+  const Matrix knots{{0, 2, 6}};
+  EXPECT_EQ(interpolate_knots(knots, 3), knots);
+  EXPECT_LE((interpolate_knots(knots, 5) - Matrix{{0, 1, 2, 4, 6}}).cwiseAbs().maxCoeff(), 1e-15);
+  const auto problem = make_control_problem("two_carts");
+  const ButcherTableau tableau = tableau_argument(problem->tableau);
+  for (const int wrong : {-1, 1, 11}) EXPECT_THROW(explore(*problem, tableau, 2, {.knots = wrong}), InputError);
+  EXPECT_THROW(explore(*problem, tableau, 2, {.starts = 0}), InputError);
+  const ExplorationResult found = explore(*problem, tableau, 2, {.rounds = 2, .samples = 20, .knots = 4, .starts = 3});
+  ASSERT_EQ(found.starts.size(), 3U);
+  EXPECT_EQ(found.starts[0], found.u);
+  EXPECT_EQ(found.failed, 0) << "motions take as many elements as they need";
+}
+
+}  // namespace
+}  // namespace ricochet
