@@ -18,15 +18,26 @@ constexpr double kAccepted = 0.01, kGood = 0.75, kBad = 0.25;
 constexpr double kLargestDelta = 2;  // the whole range of a control
 constexpr double kSmallestDelta = 1e-11;
 /// Rounding of a cost, relative: sums of some hundred terms.
-constexpr double kRounding = 1e-14;
+constexpr double kMeritRounding = 1e-14;
 /// A predicted decrease of this part of the cost is rounding: steps that do not shrink any more are the last ones.
 constexpr double kNoDecrease = 1e-15, kShrinking = 0.5;
-/// nu at most, relative to 1 + the first cost.
-constexpr double kLargestNu = 1e8;
+/// nu at most, relative to 1 + the cost; it grows where a program leaves a violation above the second number, and above
+/// this part of the present one.
+constexpr double kLargestNu = 1e6, kNoSlack = 1e-7, kReduced = 0.5;
+/// Tolerances of the quadratic program, the second one after steps up to this size: terms of one stage are often 1e5 times
+/// as large as the gradient by a control.
+constexpr double kTolerance = 1e-9, kLastTolerance = 1e-12, kNearEnd = 1e-5;
 /// Trust regions tried in one iteration.
 constexpr int kMaxTrials = 60;
 /// Iterations of each of several guesses.
 constexpr int kPolish = 5;
+/// Distance that a step keeps from the guards, relative to the scale of the controls: the quadratic program fulfils them to
+/// 1e-9 only, and nearer to a border rounding says what a motion does.
+constexpr double kMargin = 1e-9;
+/// Distances from borders of Shooting::retreat(), relative to the scale of the controls; iterations with one, and the part
+/// of the first trust region after them.
+constexpr double kRetreats[] = {1e-6, 1e-4, 1e-3, 1e-6, 1e-4}, kRestart = 0.1;
+constexpr int kMaxRetreat = 20;
 /// Descents into neighbouring pieces, and the part of the predicted decrease that a step along one has to reach.
 constexpr int kMaxDescents = 30, kMaxHalvings = 40;
 constexpr double kArmijo = 1e-3;
@@ -72,6 +83,8 @@ bool Shooting::begin(const Matrix& u, double T) {
   message_ = motion_.succeeded() ? "" : "first guess: " + motion_.message;
   iterations_ = 0;
   is_examined_ = false;
+  retreat_ = 0;
+  next_retreat_ = 0;
   last_size_ = std::numeric_limits<double>::infinity();
   Delta_ = options_.Delta;
   nu_ = 1 + std::abs(motion_.cost);
@@ -93,7 +106,7 @@ bool Shooting::try_step(const HorizonQpSolution& step, bool has_feedback, double
   runner_.run(x.head(n_q / 2), x.tail(n_q / 2), policy, static_cast<int>(motion_.u.cols()), H, trial_);
   const double before = merit(motion_);
   actual = trial_.succeeded() ? before - merit(trial_) : -std::numeric_limits<double>::infinity();
-  return actual + kRounding * (1 + std::abs(before)) >= kAccepted * predicted;
+  return actual + kMeritRounding * (1 + std::abs(before)) >= kAccepted * predicted;
 }
 
 /// One accepted step, or the end.
@@ -111,32 +124,30 @@ Shooting::Outcome Shooting::iterate(ShootingIteration& report) {
   program_.set(motion_, lineariser_);
   const double largest_nu = kLargestNu * (1 + std::abs(motion_.cost));
   report.guarded = false;
-  double margin = 0;
+  double margin = retreat_ * program_.scale().maxCoeff();
   for (int trial = 0; trial < kMaxTrials; ++trial) {
     if (is_out_of_time()) return Outcome::out_of_time;
-    const HorizonQpSolution* step = &program_.solve(Delta_, nu_, margin);
-    while (step->is_solved() && nu_ < largest_nu && program_.slack(*step) > options_.feasibility &&
-           program_.slack(*step) > 0.5 * program_.slack()) {
+    const HorizonQpSolution* step =
+        &program_.solve(Delta_, nu_, margin, last_size_ > kNearEnd ? kTolerance : kLastTolerance);
+    if (step->is_solved() && nu_ < largest_nu && program_.slack(*step) > kNoSlack &&
+        program_.slack(*step) > kReduced * program_.slack()) {
       nu_ = std::min(10 * nu_, largest_nu);
-      step = &program_.solve(Delta_, nu_, margin);
+      continue;
     }
     if (step->status == QpStatus::non_finite) {
       message_ = "a derivative of the motion is not finite";
       return Outcome::stalled;
-    }
-    if (!step->is_solved()) {
-      message_ = fmt::format("quadratic program: {}", step->message);
-      margin = 0;
-      Delta_ *= 0.3;
-      if (Delta_ < kSmallestDelta) return Outcome::stalled;
-      continue;
     }
     const double predicted = program_.predicted_decrease(*step), size = program_.step_size(*step);
     const double no_decrease = kNoDecrease * (1 + std::abs(merit(motion_)));
     report.step = size;
     const bool is_rounding = predicted <= no_decrease && size >= kShrinking * last_size_;
     last_size_ = size;
-    if (size <= options_.step_tolerance || predicted <= 0 || is_rounding) return Outcome::stationary;
+    if (size <= options_.step_tolerance || predicted <= 0 || is_rounding) {
+      if (step->is_solved()) return Outcome::stationary;
+      message_ = fmt::format("quadratic program: {}", step->message);
+      return Outcome::stalled;
+    }
     double actual = 0;
     bool is_accepted = try_step(*step, true, predicted, actual);
     bool left = !trial_.succeeded() || !has_same_sequence(motion_, trial_);
@@ -164,7 +175,7 @@ Shooting::Outcome Shooting::iterate(ShootingIteration& report) {
     } else {
       Delta_ = 0.3 * std::min(Delta_, size);
       // Guards curve: on the border of their linearisation a step of this size misses them by its square.
-      if (left) margin = Delta_ * Delta_ * program_.scale().maxCoeff();
+      if (left) margin = (Delta_ * Delta_ + kMargin) * program_.scale().maxCoeff();
       if (Delta_ < kSmallestDelta) break;
     }
   }
@@ -212,12 +223,32 @@ void Shooting::finish(const Progress& progress) {
       message_.clear();
       return;
     }
-    if (!descend(certificate_)) break;
+    if (!descend(certificate_) && !retreat(progress)) break;
     is_examined_ = false;
   }
-  if (status_ != Status::success) return;
+  if (status_ == Status::step_limit || status_ == Status::time_limit) return;
   status_ = Status::inner_solver_failed;
   message_ = "a neighbouring piece of the cost descends, but no step along it is accepted";
+}
+
+/// Leaves a point where no step is accepted, because it lies on borders that curve or that J jumps across: iterations that
+/// keep a distance from all borders, larger each time. @return whether J has fallen
+bool Shooting::retreat(const Progress& progress) {
+  for (; next_retreat_ < std::size(kRetreats); ++next_retreat_) {
+    const double before = merit(motion_);
+    retreat_ = kRetreats[next_retreat_];
+    Delta_ = std::max(Delta_, 100 * retreat_);
+    last_size_ = std::numeric_limits<double>::infinity();
+    is_linearised_ = false;
+    iterate_until_done(std::min(kMaxRetreat, options_.max_iterations - iterations_), progress);
+    retreat_ = 0;
+    if (before - merit(motion_) <= kMeritRounding * (1 + std::abs(before))) continue;
+    ++next_retreat_;
+    Delta_ = std::max(Delta_, options_.Delta * kRestart);
+    last_size_ = std::numeric_limits<double>::infinity();
+    return true;
+  }
+  return false;
 }
 
 /// Takes a step along the descent of a certificate. @return whether one is accepted

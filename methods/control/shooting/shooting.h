@@ -78,6 +78,7 @@ class Shooting {
   void iterate_until_done(int max_iterations, const Progress& progress);
   void finish(const Progress& progress);
   bool descend(const Certificate& certificate);
+  bool retreat(const Progress& progress);
   bool try_step(const HorizonQpSolution& step, bool has_feedback, double predicted, double& actual);
   double merit(const PlantMotion& motion) const;
   bool is_out_of_time() const;
@@ -98,6 +99,8 @@ class Shooting {
   std::string message_;
   int iterations_ = 0;
   double last_size_ = 0, derivative_seconds_ = 0;
+  double retreat_ = 0;  // distance that guarded steps keep from borders
+  std::size_t next_retreat_ = 0;
   bool is_examined_ = false;
   Certificate certificate_;  // if it is
 };

@@ -9,7 +9,8 @@
 namespace ricochet {
 namespace {
 
-constexpr double kHard = std::numeric_limits<double>::infinity();  // weight of a hard inequality
+/// Cost of a guard's slack, relative to the largest slope of the cost and to nu.
+constexpr double kGuardWeight = 1e3;
 /// Rows are in the first program if they are this near to zero, and later if a solution violates them by more than this.
 constexpr double kNear = 1e-6, kMayMiss = 1e-10;
 /// A row with slopes below this is constant.
@@ -190,6 +191,9 @@ void ShootingProgram::add_guards(const PlantMotion& motion, const MotionLinearis
 
 void ShootingProgram::set_bounds(double Delta, double nu) {
   nu_ = nu;
+  double slope = std::max(nu, 1 + qp_.end.g.lpNorm<Eigen::Infinity>());
+  for (const HorizonStage& stage : qp_.stages) slope = std::max(slope, stage.g.lpNorm<Eigen::Infinity>());
+  guard_weight_ = kGuardWeight * slope;
   for (std::size_t k = 0; k < qp_.stages.size(); ++k) {
     HorizonStage& stage = qp_.stages[k];
     const Vector u = u_.col(static_cast<Eigen::Index>(k));
@@ -204,7 +208,7 @@ void ShootingProgram::set_bounds(double Delta, double nu) {
                       std::max(std::min(problem_.T_upper / N - H_, Delta * H_scale_), 0.0)});
 }
 
-void ShootingProgram::use_rows(double nu, double margin) {
+void ShootingProgram::use_rows(double margin) {
   for (std::size_t k = 0; k < qp_.stages.size(); ++k) {
     HorizonStage& stage = qp_.stages[k];
     const Rows& rows = rows_[k];
@@ -217,7 +221,7 @@ void ShootingProgram::use_rows(double nu, double margin) {
       if (!rows.is_used[static_cast<std::size_t>(i)]) continue;
       stage.C.row(used) = rows.C.row(i);
       stage.d[used] = rows.d[i] - (i < rows.n_constraints ? 0 : margin);
-      stage.weight[used++] = i < rows.n_constraints ? nu : kHard;
+      stage.weight[used++] = i < rows.n_constraints ? nu_ : guard_weight_;
     }
   }
 }
@@ -241,23 +245,28 @@ bool ShootingProgram::add_violated(const HorizonQpSolution& solution, double mar
   return has_added;
 }
 
-const HorizonQpSolution& ShootingProgram::solve(double Delta, double nu, double margin) {
+const HorizonQpSolution& ShootingProgram::solve(double Delta, double nu, double margin, double tolerance) {
   set_bounds(Delta, nu);
   for (;;) {
-    use_rows(nu, margin);
-    const HorizonQpSolution& solution = solver_.solve(qp_, {.gains_without_bounds = true});
+    use_rows(margin);
+    const HorizonQpSolution& solution = solver_.solve(qp_, {.tolerance = tolerance, .gains_without_bounds = true});
     if (!solution.is_solved() || !add_violated(solution, margin)) return solution;
   }
 }
 
-double ShootingProgram::predicted_decrease(const HorizonQpSolution& solution) const {
-  return nu_ * slack_at_0_ - solution.cost - solution.penalty;
+ShootingProgram::Slacks ShootingProgram::sums(const HorizonQpSolution& solution) const {
+  Slacks sums{.constraints = (qp_.end.E * solution.dx.back() + qp_.end.r).lpNorm<1>()};
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const Eigen::Index n =
+        std::count(rows_[k].is_used.begin(), rows_[k].is_used.begin() + rows_[k].n_constraints, char{1});
+    sums.constraints += solution.slack[k].head(n).sum();
+    sums.guards += solution.slack[k].tail(solution.slack[k].size() - n).sum();
+  }
+  return sums;
 }
 
-double ShootingProgram::slack(const HorizonQpSolution& solution) const {
-  double sum = (qp_.end.E * solution.dx.back() + qp_.end.r).lpNorm<1>();
-  for (const Vector& slack : solution.slack) sum += slack.sum();
-  return sum;
+double ShootingProgram::predicted_decrease(const HorizonQpSolution& solution) const {
+  return nu_ * slack_at_0_ - solution.cost - solution.penalty + guard_weight_ * sums(solution).guards;
 }
 
 double ShootingProgram::step_size(const HorizonQpSolution& solution) const {

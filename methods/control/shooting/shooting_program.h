@@ -15,7 +15,8 @@ namespace ricochet {
 ///   s.t. c + c' D z >= 0 at every stage,   r + r' dx_N = 0,   both with slacks of the cost nu each                   (2)
 ///        lower <= u + du <= upper,   |du| <= Delta s,   guard + guard' z >= 0                                        (3)
 ///
-/// where D are the derivatives of a stage's (q, v, u) by z = (dx_k, du_k), c are those of stage_constraints.h and ()+ is
+/// with slacks of the guards, which cost so much more that they are zero unless guards contradict each other. Here D are
+/// the derivatives of a stage's (q, v, u) by z = (dx_k, du_k), c are those of stage_constraints.h and ()+ is
 /// the projection to the positive semidefinite part: the generalised Gauss-Newton matrix. s are half the distances of
 /// the bounds of a control, or 1. A change of h_n changes the cost in first order only.
 class ShootingProgram {
@@ -32,12 +33,13 @@ class ShootingProgram {
   /// Solves the program with Delta and nu. Of the rows of (2) and (3), those that its solution violates are added one
   /// after the other: most rows of most stages never matter. @return valid until the next call
   /// @param margin  by which the guards have to stay away from zero, in units of their rows
-  const HorizonQpSolution& solve(double Delta, double nu, double margin = 0);
+  /// @param tolerance  of HorizonQpOptions
+  const HorizonQpSolution& solve(double Delta, double nu, double margin, double tolerance);
 
   /// What the cost of (1) with nu times the violation falls by, according to the solution.
   double predicted_decrease(const HorizonQpSolution& solution) const;
   /// Slacks of (2) in the solution, and at z = 0.
-  double slack(const HorizonQpSolution& solution) const;
+  double slack(const HorizonQpSolution& solution) const { return sums(solution).constraints; }
   double slack() const { return slack_at_0_; }
   /// The largest change of a control, relative to s; of H, relative to its own range.
   double step_size(const HorizonQpSolution& solution) const;
@@ -75,8 +77,12 @@ class ShootingProgram {
   void add_stage(const Element& e, const Sensitivity::ElementDerivatives& derivatives, int j, HorizonStage& stage,
                  Rows& rows);
   void set_end(const PlantMotion& motion);
+  struct Slacks {
+    double constraints = 0, guards = 0;
+  };
+  Slacks sums(const HorizonQpSolution& solution) const;
   void set_bounds(double Delta, double nu);
-  void use_rows(double nu, double margin);
+  void use_rows(double margin);
   bool add_violated(const HorizonQpSolution& solution, double margin);
   Vector by_z(const Eigen::RowVectorXd& by_theta) const;
   Gradient adjoint(int from, Vector lambda, const std::vector<Vector>* g) const;
@@ -94,7 +100,7 @@ class ShootingProgram {
   std::vector<Rows> rows_;
   Matrix u_;
   double H_ = 0;
-  double slack_at_0_ = 0, nu_ = 0;
+  double slack_at_0_ = 0, nu_ = 0, guard_weight_ = 0;
   bool has_guards_ = false;
   std::vector<Guard> guards_;
 
