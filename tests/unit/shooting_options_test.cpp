@@ -1,0 +1,68 @@
+// Options of `ricochet control` that belong to one method, and the replay of a solution by both integrators.
+#include <gtest/gtest.h>
+
+#include "bench/control/control_guess.h"
+#include "bench/control/control_options.h"
+#include "bench/control/replay.h"
+#include "methods/control/shooting/shooting.h"
+#include "methods/runge_kutta/tableau_argument.h"
+#include "problems/input_error.h"
+
+namespace ricochet {
+namespace {
+
+std::string refusal(const std::string& arguments) {
+  try {
+    ControlOptions::parse(arguments).make_problem();
+  } catch (const InputError& error) {
+    return error.what();
+  }
+  return "";
+}
+
+void expect_refusal(const std::string& arguments, const std::string& part) {
+  EXPECT_NE(refusal(arguments).find(part), std::string::npos) << arguments << ": " << refusal(arguments);
+}
+
+TEST(ShootingOptions, RejectsThoseOfTheOtherMethod) {
+  EXPECT_EQ(refusal("two_carts --method shooting --explore 3 --knots 4 --starts 2 --elements 3 --time-limit 5"), "");
+  EXPECT_EQ(refusal("two_carts --explore 3 --knots 4 --sigma-0 0.01"), "");
+  expect_refusal("two_carts --method shooting --sigma-0 0.01", "--sigma-0");
+  expect_refusal("two_carts --method shooting --simulate", "--simulate");
+  expect_refusal("two_carts --method shooting --capture", "--capture");
+  expect_refusal("two_carts --method shooting --discretisation time_stepping", "fesd is required");
+  expect_refusal("two_carts --method shooting --discretisation time_freezing", "fesd is required");
+  expect_refusal("two_carts --explore 3 --starts 2", "--starts");
+  expect_refusal("two_carts --method newton", "--method");
+}
+
+TEST(ShootingOptions, RejectsValuesOutOfRange) {
+  expect_refusal("two_carts --explore 3 --knots 1", "from 2 to the number of control intervals, 10");
+  expect_refusal("two_carts --explore 3 --knots 11", "from 2 to the number of control intervals, 10");
+  expect_refusal("two_carts --explore 3 --knots -2", "from 2 to the number of control intervals, 10");
+  expect_refusal("two_carts --method shooting --explore 3 --starts 0", "starts");
+  expect_refusal("two_carts --knots 4", "--explore is required");
+  EXPECT_THROW(ControlOptions::parse("two_carts --method shooting").homotopy_options(), InputError)
+      << "a study of the homotopy";
+}
+
+TEST(ShootingOptions, EverySolutionIsReplayed) {
+  const auto options = ControlOptions::parse("two_carts --method shooting --explore 12 --starts 2");
+  const auto problem = options.make_problem();
+  Shooting shooting(*problem, tableau_argument(problem->tableau), options.shooting);
+  const auto guess = guessed_controls(options, *problem);
+  EXPECT_EQ(guess.u.size(), 2U);
+  const ControlSolution solution = shooting.solve(guess.u, problem->plant->info().end_time);
+  ASSERT_TRUE(solution.succeeded()) << solution.message;
+  // The plan has the error of its own steps, 0.1 s of order 5; the motion between is a formula of exp(-t / 2).
+  for (const auto& solve : {pivoting_solver(1e-12), reference_solver(1e-11)}) {
+    const Replay truth = replay(*problem, solution.trajectory, solve);
+    ASSERT_EQ(truth.status, Status::success) << truth.message;
+    const ReplayMismatch difference = mismatch(*problem, solution.trajectory, truth);
+    EXPECT_LE(difference.terminal, 1e-9);
+    EXPECT_LE(std::abs(difference.cost), 1e-7);
+  }
+}
+
+}  // namespace
+}  // namespace ricochet
