@@ -114,7 +114,8 @@ void print_iteration(const ShootingIteration& at) {
 
 int solve_by_shooting(const ControlArguments& options, const OptimalControlProblem& problem) {
   Shooting shooting(problem, tableau_argument(problem.tableau), options.control.shooting);
-  const auto [guesses, notes] = guessed_controls(options.control, problem);
+  auto [guesses, notes] = guessed_controls(options.control, problem);
+  if (options.control.exploration.rounds == 0) guesses = {problem.guess(problem.n_intervals)};
   for (const auto& note : notes) fmt::print("{}\n", note);
   const std::string discretisation = options.control.describe(problem);
   fmt::print("problem    {}: {}\n", problem.id, problem.title);
@@ -175,6 +176,7 @@ void add_control_command(CLI::App& app, int& exit_code) {
       "Examples:\n"
       "  ricochet control two_carts --simulate --sigma-0 0.01\n"
       "  ricochet control three_boxes --method shooting --explore 12 --seed 5\n"
+      "  ricochet control examples/control/catch_ball.json --method shooting\n"
       "  ricochet control two_carts --discretisation time_stepping --steps 6 --plot out/two_carts");
   command->callback([&exit_code] { exit_code = solve_control_problem(o); });
 }

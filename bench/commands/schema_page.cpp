@@ -81,13 +81,16 @@ std::string scene_file_page() {
       "A scene is a JSON file, which `ricochet run --scene FILE.json` reads; no compiler is needed. {} Units are those of "
       "the SI. Fields that are not listed here are refused, and so are fields that are given twice, nesting beyond 64 "
       "levels and control characters.\n\n**formula**: {} A message names the field and the column of a mistake.\n\n"
-      "**formulas**: a list of them; **rows**: a list of lists; **label**: a text.\n",
+      "**formulas**: a list of them; **rows**: a list of lists; **label**: a text; **bound**: {}\n",
       schema.document()["description"].get<std::string>(),
-      schema.definition("formula")["description"].get<std::string>());
+      schema.definition("formula")["description"].get<std::string>(),
+      schema.definition("bound")["description"].get<std::string>());
   page += section(schema, "A scene", schema.definition("scene"));
   page += section(schema, "A contact", schema.definition("contact"));
   page += section(schema, "A friction element", schema.definition("friction"));
   page += section(schema, "A law of impacts", schema.definition("impact_law"));
+  page += section(schema, "A control problem", schema.definition("control"));
+  page += section(schema, "A constraint of a control problem", schema.definition("constraint"));
   page += section(schema, "A geometry", schema.definition("geometry"));
   for (const char* part : {"body", "shape", "link"})
     page += section(schema, fmt::format("A {}", part), schema.definition(part));

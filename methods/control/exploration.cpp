@@ -76,7 +76,7 @@ ExplorationResult explore(const OptimalControlProblem& problem, const ButcherTab
                      K = options.knots > 0 ? options.knots : std::min(N, Eigen::Index{kDefaultKnots});
   std::mt19937 random(options.seed);
   std::normal_distribution<double> normal;
-  Matrix mean = problem.plant->info().u.replicate(1, K), spread = first_spread(problem.u, K);
+  Matrix mean = problem.guess(static_cast<int>(K)), spread = first_spread(problem.u, K);
   const Matrix lower = problem.u.lower.replicate(1, K), upper = problem.u.upper.replicate(1, K);
   ExplorationResult result;
   ControlledPlant plant(problem);

@@ -12,10 +12,12 @@ namespace ricochet {
 
 std::vector<std::vector<int>> Transcription::add_controls() {
   const ProblemInfo& info = problem_.plant->info();
+  const Matrix guess = problem_.guess(problem_.n_intervals);
   std::vector<std::vector<int>> u(static_cast<std::size_t>(problem_.n_intervals));
   for (std::size_t k = 0; k < u.size(); ++k) {
     for (int c = 0; c < info.n_u; ++c)
-      u[k].push_back(mpcc_.nlp.add_variable(problem_.u.lower[c], problem_.u.upper[c], info.u[c],
+      u[k].push_back(mpcc_.nlp.add_variable(problem_.u.lower[c], problem_.u.upper[c],
+                                            guess(c, static_cast<Eigen::Index>(k)),
                                             fmt::format("interval {}, u[{}]", k + 1, c)));
   }
   return u;
@@ -60,7 +62,7 @@ Status Transcription::guess_from_simulation(const Matrix& u) {
 }
 
 Status Transcription::guess_from_simulation() {
-  return guess_from_simulation(problem_.plant->info().u.replicate(1, problem_.n_intervals));
+  return guess_from_simulation(problem_.guess(problem_.n_intervals));
 }
 
 void Transcription::begin_sections() {

@@ -4,6 +4,7 @@
 
 #include "problems/input_error.h"
 #include "problems/names.h"
+#include "problems/scene_file/control_file.h"
 
 namespace ricochet {
 namespace {
@@ -57,11 +58,19 @@ std::vector<ControlEntry> control_problems() {
 }
 
 std::unique_ptr<OptimalControlProblem> make_control_problem(const std::string& id, const ParameterChanges& changes) {
+  if (id.find_first_of("./#") != std::string::npos) return read_control_file(id, changes);
   const auto entry = entries().find(id);
   if (entry == entries().end()) throw_unknown_name("optimal control problem", id, keys_of(entries()));
   auto problem = entry->second.make(changes);
   validate(*problem);
   return problem;
+}
+
+Matrix OptimalControlProblem::guess(int N) const {
+  if (u_guess.size() == 0) return plant->info().u.replicate(1, N);
+  Matrix resampled(u_guess.rows(), N);
+  for (Eigen::Index k = 0; k < N; ++k) resampled.col(k) = u_guess.col((2 * k + 1) * u_guess.cols() / (2 * N));
+  return resampled;
 }
 
 void validate(const OptimalControlProblem& problem) {
@@ -73,6 +82,9 @@ void validate(const OptimalControlProblem& problem) {
   check_bounds("u", problem.u, info.n_u);
   check_start("q", info.q0, problem.q);
   check_start("v", info.v0, problem.v);
+  if (problem.u_guess.size() > 0 && problem.u_guess.rows() != info.n_u)
+    throw InputError("guess of the controls", fmt::format("{} rows", problem.u_guess.rows()),
+                     fmt::format("one for each of {} controls is required", info.n_u));
   const int n_x = 2 * info.n_q;
   check_function("running cost", problem.running_cost, n_x + info.n_u, 1);
   check_function("terminal cost", problem.terminal_cost, n_x, 1);

@@ -35,12 +35,16 @@ struct OptimalControlProblem {
   SmoothFunction terminal;       ///< (q, v) -> r
   std::vector<std::string> path_names, terminal_names;
 
-  Vector goal;  ///< q where the bodies have to go, for drawings; empty where the problem states none
+  Matrix u_guess;  ///< guess of the controls, one column per interval of equal length; empty: plant->info().u in all
+  Vector goal;     ///< q where the bodies have to go, for drawings; empty where the problem states none
 
   // Default discretisation, from the source of the problem or chosen by us.
   int n_intervals = 1;  ///< N
   int n_fe = 2;         ///< finite elements in each
   std::string tableau = "radau-iia:2";
+
+  /// The guess of the controls on N intervals, n_u x N: each takes the column of u_guess at its middle.
+  Matrix guess(int N) const;
 };
 
 struct ControlEntry {
@@ -54,8 +58,10 @@ bool add_control_problem(ControlEntry entry);
 /// All optimal control problems, by id.
 std::vector<ControlEntry> control_problems();
 
+/// Makes a registered problem, or reads that of a file (problems/scene_file/control_file.h).
+/// @param id  of `control_problems()`, or the path of a file: a text with '.' or '/'
 /// @throws InputError for an unknown id or parameter, inconsistent sizes, lower > upper, or an initial state outside
-/// its bounds or path constraints
+/// its bounds or path constraints; as read_control_file()
 std::unique_ptr<OptimalControlProblem> make_control_problem(const std::string& id,
                                                             const ParameterChanges& changes = {});
 

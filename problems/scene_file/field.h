@@ -56,4 +56,7 @@ class Field {
   std::string name_;
 };
 
+/// Rejects a `name`, stated at this `field`, that cannot occur in formulas or is a word of them. @throws InputError
+void require_free_name(const std::string& name, const Field& field);
+
 }  // namespace ricochet

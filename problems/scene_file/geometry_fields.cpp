@@ -376,4 +376,20 @@ void add_pair(ordered_json& contact, const ShapePair& pair, const GeometryOf<ex>
     contact["corner"].push_back((pair.corner >> k & 1) != 0 ? 1 : -1);
 }
 
+std::optional<std::pair<double, double>> difference_near_start(const SymbolicModel& model, const ex& a, const ex& b,
+                                                               double rate) {
+  for (const double shift : {0.0, 0.137, -0.0731}) {
+    std::vector<StraightLineProgram::Constant> values = model.constants();
+    values.push_back({model.t, rate * shift});
+    for (std::size_t k = 0; k < model.q.size(); ++k)
+      values.push_back({model.q[k], model.number(model.q0[k]) + shift * (1 + 0.3 * static_cast<double>(k))});
+    double pair[2];
+    StraightLineProgram({a, b}, {}, values).evaluate({}, pair);
+    // rounding of two forms of one formula; a gap at q0 is a difference of lengths of about a metre
+    const double allowed = 1e-10 * (std::abs(pair[0]) + std::abs(pair[1])) + (rate == 0 ? 1e-12 : 0);
+    if (!(std::abs(pair[0] - pair[1]) <= allowed)) return std::pair(pair[0], pair[1]);
+  }
+  return std::nullopt;
+}
+
 }  // namespace ricochet

@@ -7,6 +7,7 @@
 #include <cctype>
 #include <charconv>
 #include <cmath>
+#include <filesystem>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -18,6 +19,8 @@
 #include "problems/input_error.h"
 #include "problems/input_text.h"
 #include "problems/names.h"
+#include "problems/scene_file/control_fields.h"
+#include "problems/scene_file/control_file.h"
 #include "problems/scene_file/expression.h"
 #include "problems/scene_file/field.h"
 #include "problems/scene_file/geometry_fields.h"
@@ -55,6 +58,9 @@ class SceneReader {
     if (scene_.has("potential_energy")) model_.potential_energy = scene_.at("potential_energy").expression(in_q_);
     return std::move(model_);
   }
+
+  /// After read().
+  const ExpressionNames& names_in_state() const { return in_state_; }
 
  private:
   void read_parameters() {
@@ -185,7 +191,7 @@ class SceneReader {
     if (!scene_.has("Bu") && !scene_.has("u")) return;
     const auto n_u = scene_.at("u").size();
     model_.control = scene_.at("u").expressions(n_u, of_time_);
-    model_.input = rows(scene_.at("Bu"), n_q, n_u, in_q_and_time_);
+    model_.input = rows(scene_.at("Bu"), n_q, n_u, in_state_);
     for (std::size_t k = 0; k < n_u; ++k) model_.u.emplace_back(fmt::format("u[{}]", k));
   }
 
@@ -194,7 +200,7 @@ class SceneReader {
     contact.name = name_of(field, fmt::format("contact {}", model_.contacts.size()),
                            fmt::format("contacts[{}]", model_.contacts.size()));
     if (field.has("shapes")) read_shapes(field, contact);
-    if (field.has("gap") || !field.has("shapes")) read_gap(field.at("gap"), contact, n_q);
+    if (field.has("gap") || !field.has("shapes")) read_gap(field.at("gap"), contact);
     if (field.has("e") && field.has("eps_r"))
       throw InputError(field.at("eps_r").name(), field.at("eps_r").text(), "e is also given and means the same");
     for (const char* name : {"e", "eps_r"}) {
@@ -278,19 +284,6 @@ class SceneReader {
     return directions;
   }
 
-  /// Rejects a parameter whose name cannot occur in formulas, or is that of a function.
-  static void require_free_name(const std::string& name, const Field& field) {
-    const auto is_word = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
-    if (name == "t") throw InputError(field.name(), field.text(), "t is the time; another name is required");
-    if (words_of_formulas().contains(name))
-      throw InputError(field.name(), field.text(),
-                       fmt::format("'{}' is a word of formulas; another name is required", name));
-    if (name.empty() || std::isdigit(static_cast<unsigned char>(name.front())) || !std::ranges::all_of(name, is_word))
-      throw InputError(
-          field.name(), field.text(),
-          fmt::format("'{}' cannot stand in a formula; a name of letters, digits and _ is required", name));
-  }
-
   /// Rejects directions that are zero or parallel at q0 and t = 0: friction would act along none, or along one of them
   /// twice.
   void require_directions(const Field& field, const std::vector<Expressions>& directions) const {
@@ -324,39 +317,26 @@ class SceneReader {
   }
 
   /// Reads a stated gap, which must agree with that of the shapes at t = 0.
-  void read_gap(const Field& field, SymbolicModel::Contact& contact, std::size_t n_q) {
+  void read_gap(const Field& field, SymbolicModel::Contact& contact) {
     const ex of_shapes = std::exchange(contact.gap, field.expression(in_q_and_time_));
     if (model_.geometry && !model_.geometry->pairs.empty() &&
         model_.geometry->pairs.back().contact == static_cast<int>(model_.contacts.size()))
-      compare(field, contact.gap, of_shapes, n_q, 0, "that of the shapes");
+      compare(field, contact.gap, of_shapes, 0, "that of the shapes");
   }
 
   /// J_n is derived from the gap. If a file states it, too, both must agree at q0 and t = 0 and at two points near it.
   void compare_normal(const Field& field, const ex& gap, std::size_t n_q) {
     const auto stated = field.expressions(n_q, in_q_and_time_);
     for (std::size_t k = 0; k < n_q; ++k)
-      compare(field.at(k), stated[k], gap.diff(model_.q[k]), n_q, 1, "the gradient of the gap");
+      compare(field.at(k), stated[k], gap.diff(model_.q[k]), 1, "the gradient of the gap");
   }
 
   /// Requires `stated` in this field to equal `expected` at q0 and at two points near it. t is 0 there, and
   /// at the two points larger if `rate` is 1.
-  void compare(const Field& field, const ex& stated, const ex& expected, std::size_t n_q, double rate,
-               const char* what) const {
-    for (const double shift : {0.0, 0.137, -0.0731}) {
-      std::vector<StraightLineProgram::Constant> values = model_.constants();
-      values.push_back({model_.t, rate * shift});
-      for (std::size_t k = 0; k < n_q; ++k) {
-        values.push_back({model_.q[k], model_.number(model_.q0[k]) + shift * (1 + 0.3 * static_cast<double>(k))});
-      }
-      double pair[2];
-      StraightLineProgram({stated, expected}, {}, values).evaluate({}, pair);
-      // rounding of two forms of one formula; a gap at q0 is a difference of lengths of about a metre
-      const double allowed = 1e-10 * (std::abs(pair[0]) + std::abs(pair[1])) + (rate == 0 ? 1e-12 : 0);
-      if (!(std::abs(pair[0] - pair[1]) <= allowed)) {
-        throw InputError(field.name(), field.text(),
-                         fmt::format("{} is {:.17g} there, not {:.17g}", what, pair[1], pair[0]));
-      }
-    }
+  void compare(const Field& field, const ex& stated, const ex& expected, double rate, const char* what) const {
+    if (const auto values = difference_near_start(model_, stated, expected, rate))
+      throw InputError(field.name(), field.text(),
+                       fmt::format("{} is {:.17g} there, not {:.17g}", what, values->second, values->first));
   }
 
   static std::vector<Expressions> rows(const Field& field, std::size_t n_rows, std::size_t n_columns,
@@ -397,9 +377,8 @@ std::pair<json, json> select(const json& document, const std::string& path, cons
   return {document["problem"], document};
 }
 
-std::unique_ptr<Problem> make_problem_of(const json& scene, const json& around, const std::string& path,
-                                         const ParameterChanges& changes, double depth) {
-  SymbolicModel model = SceneReader(Field(scene, path + ": "), changes).read();
+/// The title of a scene and where it comes from; they may stand in the object around it.
+void read_labels(const json& scene, const json& around, const std::string& path, SymbolicModel& model) {
   const auto label = [&](const char* key, const std::string& fallback) {
     const auto& holder = scene.contains(key) ? scene : around;
     return holder.value(key, fallback);
@@ -408,6 +387,12 @@ std::unique_ptr<Problem> make_problem_of(const json& scene, const json& around, 
   model.title = label("title", "scene file " + path);
   model.source = label("source", path);
   model.hard_feature = label("hard_feature", "");
+}
+
+std::unique_ptr<Problem> make_problem_of(const json& scene, const json& around, const std::string& path,
+                                         const ParameterChanges& changes, double depth) {
+  SymbolicModel model = SceneReader(Field(scene, path + ": "), changes).read();
+  read_labels(scene, around, path, model);
   std::unique_ptr<Problem> problem;
   try {
     problem = std::make_unique<SymbolicProblem>(std::move(model));
@@ -418,7 +403,45 @@ std::unique_ptr<Problem> make_problem_of(const json& scene, const json& around, 
   return problem;
 }
 
+std::unique_ptr<OptimalControlProblem> make_control_problem_of(const json& scene, const json& around,
+                                                               const std::string& path,
+                                                               const ParameterChanges& changes) {
+  const Field field(scene, path + ": ");
+  SceneReader reader(field, changes);
+  SymbolicModel model = reader.read();
+  if (!field.has("control"))
+    throw InputError(place_of(field.name(), "control") +
+                     ": this field is missing, which states the costs and bounds of a control problem");
+  read_labels(scene, around, path, model);
+  if (model.id == path) model.id = std::filesystem::path(path).stem().string();  // it names files of figures
+  try {
+    auto problem = make_control_problem(field.at("control"), std::move(model), reader.names_in_state());
+    validate(*problem);
+    return problem;
+  } catch (const InputError& error) {
+    const std::string message = error.what();
+    throw InputError(message.starts_with(field.name()) ? message : field.name() + message);
+  }
+}
+
+/// A path and the id after '#'.
+std::pair<std::string, std::string> split_path(const std::string& path_and_id) {
+  const auto hash = path_and_id.rfind('#');
+  return {path_and_id.substr(0, hash), hash == std::string::npos ? "" : path_and_id.substr(hash + 1)};
+}
+
 }  // namespace
+
+void require_free_name(const std::string& name, const Field& field) {
+  const auto is_word = [](unsigned char c) { return std::isalnum(c) || c == '_'; };
+  if (name == "t") throw InputError(field.name(), field.text(), "t is the time; another name is required");
+  if (words_of_formulas().contains(name))
+    throw InputError(field.name(), field.text(),
+                     fmt::format("'{}' is a word of formulas; another name is required", name));
+  if (name.empty() || std::isdigit(static_cast<unsigned char>(name.front())) || !std::ranges::all_of(name, is_word))
+    throw InputError(field.name(), field.text(),
+                     fmt::format("'{}' cannot stand in a formula; a name of letters, digits and _ is required", name));
+}
 
 std::unique_ptr<Problem> read_scene_file(const std::string& path_and_id, const ParameterChanges& changes) {
   return read_scene_file(path_and_id, changes, 0);
@@ -426,9 +449,7 @@ std::unique_ptr<Problem> read_scene_file(const std::string& path_and_id, const P
 
 std::unique_ptr<Problem> read_scene_file(const std::string& path_and_id, const ParameterChanges& changes,
                                          double depth) {
-  const auto hash = path_and_id.rfind('#');
-  const std::string path = path_and_id.substr(0, hash);
-  const std::string id = hash == std::string::npos ? "" : path_and_id.substr(hash + 1);
+  const auto [path, id] = split_path(path_and_id);
   const auto [scene, around] = select(read_input_json(path, "scene file"), path, id);
   return make_problem_of(scene, around, path, changes, depth);
 }
@@ -437,6 +458,24 @@ std::unique_ptr<Problem> read_scene_text(const std::string& text, const std::str
                                          const ParameterChanges& changes) {
   const auto [scene, around] = select(parse_input_json(text, name), name, "");
   return make_problem_of(scene, around, name, changes, 0);
+}
+
+std::unique_ptr<OptimalControlProblem> read_control_file(const std::string& path_and_id,
+                                                         const ParameterChanges& changes) {
+  const auto [path, id] = split_path(path_and_id);
+  const auto [scene, around] = select(read_input_json(path, "control problem"), path, id);
+  return make_control_problem_of(scene, around, path, changes);
+}
+
+std::unique_ptr<OptimalControlProblem> read_control_text(const std::string& text, const std::string& name,
+                                                         const ParameterChanges& changes) {
+  const auto [scene, around] = select(parse_input_json(text, name), name, "");
+  return make_control_problem_of(scene, around, name, changes);
+}
+
+bool is_control_file(const std::string& path_and_id) {
+  const auto [path, id] = split_path(path_and_id);
+  return select(read_input_json(path, "scene file"), path, id).first.contains("control");
 }
 
 std::unique_ptr<Problem> with_until(const Problem& problem, const std::string& formula) {

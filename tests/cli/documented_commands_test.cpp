@@ -155,7 +155,9 @@ void parse(const std::string& line) {
       if (problem.find(".json") == std::string::npos) make_problem(problem);
     }
   }
-  for (const auto& problem : given(command, "problem")) make_control_problem(problem);
+  for (const auto& problem : given(command, "problem")) {
+    if (problem.find(".json") == std::string::npos) make_control_problem(problem);
+  }
   for (const auto& experiment : given(command, "experiment")) {
     for (const auto& part : read_experiment_file(experiment).parts()) read_experiment_file(part);
   }

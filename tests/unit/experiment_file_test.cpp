@@ -78,7 +78,7 @@ void check_fields(const JsonSchema& schema, const json& object, const std::strin
 TEST(ExperimentSchema, EveryFieldHasAnExampleThatFits) {
   for (const auto& study : studies())
     check_fields(experiment_schema(study), experiment_schema(study).document(), study.kind + ": ");
-  for (const char* part : {"scene", "contact", "geometry", "body", "shape", "link", "set"})
+  for (const char* part : {"scene", "contact", "control", "constraint", "geometry", "body", "shape", "link", "set"})
     check_fields(scene_schema(), scene_schema().definition(part), std::string(part) + ": ");
 }
 
