@@ -22,6 +22,8 @@ constexpr int kMaxBracketSteps = 60;
 constexpr double kBracketWidth = 1e-12;
 // Lengths of the element before that its stage polynomials are continued over.
 constexpr double kLongestContinuation = 2;
+// A gap that closes with a rate above this part of its terms opens: more than rounding, and than a graze.
+constexpr double kOpening = 1e-6;
 // Maps that are kept: of a few mode sets, with two lengths each.
 constexpr std::size_t kMaxMaps = 12;
 // Making a map takes as long as so many elements per column of it.
@@ -301,7 +303,25 @@ bool ElementRunSolver::solve_run(int first, int count, Switch& end, double remai
     end.together = false;
     for (int k = 0; k < count; ++k) first_guess(first + k, guess);
   }
-  return converges() || (bracket_switch(first, count, end, remaining) && converges());
+  if (converges() && !opens(first + count - 1, end)) return true;
+  return bracket_switch(first, count, end, remaining) && converges() && !opens(first + count - 1, end);
+}
+
+/// Whether the gap that closes at the end of an element is opening there: bodies that have gone through each other come
+/// apart at this root, and the impact is an earlier one.
+bool ElementRunSolver::opens(int element, const Switch& end) {
+  if (end.kind != SwitchKind::gap_closes) return false;
+  const Element& stages = buffers_.element(element);
+  const auto& contact = problem_.info().contacts[end.contact];
+  problem_.normal_jacobian(stages.q1.data(), J_n_.data());
+  const double* J = J_n_.data() + contact.normal_begin;
+  double rate = 0, size = 0;
+  for (const int k : contact.support) {
+    const double term = *J++ * stages.v1[k];
+    rate += term;
+    size += std::abs(term);
+  }
+  return rate > kOpening * size;
 }
 
 bool ElementRunSolver::run_to_time(int first, int count, double h, SwitchKind kind, int contact, SearchBudget& budget) {

@@ -83,6 +83,7 @@ class ElementRunSolver {
   Violation check_run(int first, int count);
   Switch switch_for(int first, const Violation& violation);
   bool ends_at_tip(int element, const Switch& end) const;
+  bool opens(int element, const Switch& end);
   bool solve_run(int first, int count, Switch& end, double remaining);
   bool bracket_switch(int first, int count, const Switch& end, double remaining);
   double switch_value(int first, int count, const Switch& end, double h);

@@ -33,7 +33,7 @@ json free_mass() {
   })");
 }
 
-std::string error_of(const json& scene) {
+std::string control_error_of(const json& scene) {
   try {
     read_control_text(scene.dump(), "f");
   } catch (const InputError& error) {
@@ -47,7 +47,7 @@ template <class Change>
 std::string error_after(Change change) {
   json scene = free_mass();
   change(scene);
-  return error_of(scene);
+  return control_error_of(scene);
 }
 
 ControlSolution shoot(const OptimalControlProblem& problem, const std::vector<Matrix>& guesses) {
@@ -174,7 +174,7 @@ TEST(ControlFile, MistakesNameTheirPlace) {
   const auto in_control = [](const char* field, const char* value) {
     return error_after([&](json& scene) { scene["control"][field] = json::parse(value); });
   };
-  EXPECT_EQ(error_of(free_mass()), "no error");
+  EXPECT_EQ(control_error_of(free_mass()), "no error");
   EXPECT_EQ(error_after([](json& scene) { scene.erase("control"); }),
             "f: control: this field is missing, which states the costs and bounds of a control problem");
   EXPECT_EQ(in_control("N", "0"), "f: control.N = 0: a whole number >= 1 and <= 100000 is required");

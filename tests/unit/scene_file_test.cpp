@@ -159,9 +159,10 @@ TEST_F(SceneFile, ErrorsNameTheFieldAndWhatIsAllowed) {
   EXPECT_EQ(spoiled([](json& s) { s["params"]["m"] = "nan"; }), "FILE: params.m = nan: a finite number is required");
   EXPECT_EQ(spoiled([](json& s) { s["params"]["m"] = "1kg"; }),
             "FILE: params.m = '1kg', column 2: an operator or the end of the expression is expected");
-  EXPECT_NE(
-      spoiled([](json& s) { s["contact"] = "1"; }).find("= 'contact': unknown; did you mean contacts? Known: Bu, M, T"),
-      std::string::npos);
+  EXPECT_NE(spoiled([](json& s) {
+              s["contact"] = "1";
+            }).find("= 'contact': unknown; did you mean contacts or control? Known: Bu, M, T"),
+            std::string::npos);
 }
 
 TEST_F(SceneFile, RestitutionHasTwoNames) {
