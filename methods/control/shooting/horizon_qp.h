@@ -19,7 +19,7 @@ struct HorizonStage {
   Vector g;             ///< n_x + n_u
   Matrix C;             ///< m x (n_x + n_u), any m
   Vector d;             ///< m
-  Vector weight;        ///< m: cost of one unit of slack, > 0; kInfinity for a hard inequality
+  Vector weight;        ///< m: cost of one unit of slack, > 0; infinity for a hard inequality
   Vector lower, upper;  ///< n_u: hard bounds of du_k, lower <= upper; equal ones fix it, infinite ones are none
 };
 
@@ -60,7 +60,9 @@ struct HorizonQp {
 
 enum class QpStatus {
   solved,
-  iteration_limit,  ///< also the end of a program without a solution, whose hard inequalities contradict each other
+  infeasible,       ///< hard inequalities contradict each other, or so nearly that their multipliers have no bound
+  iteration_limit,  ///< also of a program without a least value
+  not_convex,       ///< H is not positive semidefinite where the controls can move
   non_finite,       ///< a term of the program, or a step, is not a finite number
 };
 
@@ -100,9 +102,9 @@ struct HorizonQpSolution {
 };
 
 struct HorizonQpOptions {
-  /// Residuals at which the iteration ends: dynamics, inequalities and complementarity relative to 1 + the largest
-  /// |c|, |d|, cost; stationarity to 1 + the largest |g|.
-  double tolerance = 1e-9;
+  /// Residuals at which the iteration ends: dynamics and inequalities relative to 1 + the largest |c|, |d|, |r|, dx_0;
+  /// stationarity to 1 + the largest |g|; complementarity, beyond the rounding of the values of the rows, to 1 + |cost|.
+  double tolerance = 1e-10;
   int max_iterations = 100;
   /// Gains of the cost and of the inequalities alone. With bounds, a control at its bound has no gain, whether that is a
   /// bound of the plant or a trust region. One more sweep.
