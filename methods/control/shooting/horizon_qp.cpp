@@ -171,6 +171,7 @@ class HorizonQpSolver::Workspace {
   void resize();
   void set_row(int i, double w, double u, double squared_norm);
   double set_rows();
+  double largest_slope();
   void start();
   void evaluate();
   void find_scales();
@@ -368,14 +369,7 @@ void HorizonQpSolver::Workspace::start() {
   }
   evaluate();
 
-  double slope = gradient_scale_;
-  const auto add_slopes = [&](const Matrix& C, int first) {
-    for (int i = 0; i < C.rows(); ++i)
-      if (is_soft(first + i) && v_[first + i] < 0) slope = std::max(slope, w_[first + i] * largest(C.row(i)));
-  };
-  for (std::size_t k = 0; k < N_; ++k) add_slopes(qp.stages[k].C, stages_[k].rows);
-  add_slopes(qp.end.C, end_rows_);
-  const double mu = slope * width;
+  const double mu = std::max(1.0, largest_slope()) * width;
   for (int i = 0; i < n_rows_; ++i) {
     if (!is_row(i)) continue;
     if (is_soft(i)) {  // t a = s b = mu with t - s = v and a + b = q
@@ -389,6 +383,27 @@ void HorizonQpSolver::Workspace::start() {
     t_[i] = mu / a_[i];
     y_[i] = a_[i] - u_[i];
   }
+}
+
+/// Largest derivative of (1) by a control, at the iterate.
+double HorizonQpSolver::Workspace::largest_slope() {
+  const HorizonQp& qp = *qp_;
+  for (int i = 0; i < n_rows_; ++i) y_[i] = is_row(i) && is_soft(i) ? (v_[i] < 0 ? w_[i] : -u_[i]) : 0;
+  p_[N_] = end_gradient_;
+  p_[N_].noalias() -= qp.end.C.transpose() * y_.segment(end_rows_, qp.end.d.size());
+  p_[N_].noalias() -= qp.end.E.transpose() * y_.segment(end_rows_ + qp.end.d.size(), qp.end.r.size());
+  double slope = 0;
+  for (std::size_t k = N_; k-- > 0;) {
+    Stage& stage = stages_[k];
+    const HorizonStage& terms = qp.stages[k];
+    stage.h = stage.Hz_g;
+    stage.h.noalias() -= terms.C.transpose() * C_rows(stage, y_);
+    stage.h.tail(stage.n_u).noalias() += terms.B.transpose() * p_[k + 1];
+    p_[k] = stage.h.head(n_);
+    p_[k].noalias() += terms.A.transpose() * p_[k + 1];
+    slope = std::max(slope, largest(stage.h.tail(stage.n_u)));
+  }
+  return slope;
 }
 
 void HorizonQpSolver::Workspace::find_scales() {
