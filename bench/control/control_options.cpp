@@ -79,6 +79,8 @@ void ControlOptions::add(CLI::App& command) {
   command.add_option("--factor", homotopy.factor, "factor from one relaxation parameter to the next")
       ->capture_default_str();
   command.add_flag("--superlinear", superlinear, "use sigma to the power 1.5 if it is less than factor * sigma");
+  command.add_option("--linear-solver", linear_solver, "solver of Ipopt's linear systems: mumps or ldl")
+      ->capture_default_str();
   command.add_option("--max-iterations", homotopy.max_iterations, "iteration limit of a homotopy step")
       ->capture_default_str();
   command
@@ -148,6 +150,7 @@ std::unique_ptr<Transcription> ControlOptions::make_transcription(const OptimalC
 
 HomotopyOptions ControlOptions::homotopy_options() const {
   HomotopyOptions result = homotopy;
+  result.linear_solver = choose("--linear-solver", linear_solver, linear_solver_names());
   if (superlinear) result.update = SigmaUpdate::superlinear;
   return result;
 }
