@@ -107,6 +107,9 @@ void ControlOptions::add(CLI::App& command) {
       ->group(of_homotopy);
   command.add_flag("--superlinear", superlinear, "use sigma to the power 1.5 if it is less than factor * sigma")
       ->group(of_homotopy);
+  command.add_option("--linear-solver", linear_solver, "solver of Ipopt's linear systems: mumps or ldl")
+      ->capture_default_str()
+      ->group(of_homotopy);
   command
       .add_option("--max-iterations", homotopy.max_iterations,
                   "limit of iterations: of a homotopy step, or of shooting (default there: 300)")
@@ -214,6 +217,7 @@ std::unique_ptr<Transcription> ControlOptions::make_transcription(const OptimalC
 HomotopyOptions ControlOptions::homotopy_options() const {
   if (is_shooting()) throw InputError("--method", method, "homotopy is required here; `ricochet control` has shooting");
   HomotopyOptions result = homotopy;
+  result.linear_solver = choose("--linear-solver", linear_solver, linear_solver_names());
   if (superlinear) result.update = SigmaUpdate::superlinear;
   return result;
 }

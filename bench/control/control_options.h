@@ -42,6 +42,7 @@ struct ControlOptions {
                            .time_limit = 120,
                            .push = 1e-3};
   bool superlinear = false;
+  std::string linear_solver = "mumps";
   bool simulate = false;
   int from_time_stepping = 0;  ///< steps per interval; 0: not used
   ExplorationOptions exploration{.rounds = 0};

@@ -205,6 +205,7 @@ class Run {
   IpoptOptions stationarity_options() const {
     IpoptOptions ipopt;
     ipopt.tolerance = options_.ipopt.tolerance;
+    ipopt.linear_solver = options_.ipopt.linear_solver;
     ipopt.time_limit = remaining_time();
     return ipopt;
   }

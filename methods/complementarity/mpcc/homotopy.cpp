@@ -124,6 +124,7 @@ class MpccSolver::Run {
     ipopt.push = options_.push;
     ipopt.max_iterations = options_.max_iterations;
     ipopt.adaptive_barrier = options_.adaptive_barrier;
+    ipopt.linear_solver = options_.linear_solver;
     if (time_limit_ > 0) ipopt.time_limit = std::max(time_limit_ - seconds(), 1e-9);
     return ipopt;
   }

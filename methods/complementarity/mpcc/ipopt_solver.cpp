@@ -6,7 +6,9 @@
 #include <algorithm>
 #include <chrono>
 #include <exception>
+#include <optional>
 
+#include "methods/complementarity/mpcc/ipopt_ldl.h"
 #include "problems/input_error.h"
 
 namespace ricochet {
@@ -17,6 +19,12 @@ using Ipopt::Index, Ipopt::Number;
 
 /// Distance by which a warm start is pushed away from bounds: less than its first barrier parameter.
 constexpr double kWarmPush = 1e-9;
+
+/// Unknowns of the rows in Ipopt's systems. Variables with equal bounds are constraints with `multipliers_of_fixed`.
+int n_rows_of_systems(const Nlp& nlp, bool multipliers_of_fixed) {
+  const auto is_fixed = [](const Nlp::Variable& variable) { return variable.lower == variable.upper; };
+  return nlp.n_rows() + (multipliers_of_fixed ? static_cast<int>(std::ranges::count_if(nlp.variables, is_fixed)) : 0);
+}
 
 /// The program as Ipopt asks for it.
 class IpoptProgram : public Ipopt::TNLP {
@@ -144,7 +152,8 @@ void check(const IpoptOptions& options) {
 void set_options(const IpoptOptions& options, bool is_warm, bool multipliers_of_fixed, Ipopt::OptionsList& list) {
   list.SetIntegerValue("print_level", 0);
   list.SetStringValue("sb", "yes");  // no banner
-  list.SetStringValue("linear_solver", "mumps");
+  const bool is_ldl = options.linear_solver == LinearSolver::ldl;
+  list.SetStringValue("linear_solver", is_ldl ? IpoptLdl::ipopt_name : "mumps");
   list.SetNumericValue("bound_relax_factor", 0);
   list.SetStringValue("fixed_variable_treatment", multipliers_of_fixed ? "make_constraint" : "make_parameter");
   list.SetNumericValue("tol", options.tolerance);
@@ -203,6 +212,11 @@ Outcome outcome(Ipopt::ApplicationReturnStatus status) {
 
 }  // namespace
 
+const Names<LinearSolver>& linear_solver_names() {
+  static const Names<LinearSolver> names = {{"mumps", LinearSolver::mumps}, {"ldl", LinearSolver::ldl}};
+  return names;
+}
+
 struct IpoptSolver::Application {
   Ipopt::SmartPtr<Ipopt::IpoptApplication> ipopt = new Ipopt::IpoptApplication(false);
   Ipopt::ApplicationReturnStatus status = ipopt->Initialize("");  // "": reads no file of options
@@ -228,6 +242,9 @@ NlpResult IpoptSolver::solve(const NlpPoint& start, const IpoptOptions& options)
   const auto run = [&](const Ipopt::SmartPtr<IpoptProgram>& program, bool multipliers_of_fixed) {
     if (application_->status != Ipopt::Solve_Succeeded) return application_->status;
     set_options(options, is_warm, multipliers_of_fixed, *application_->ipopt->Options());
+    std::optional<IpoptLdl> ldl;
+    if (options.linear_solver == LinearSolver::ldl)
+      ldl.emplace(n_rows_of_systems(evaluator_.nlp(), multipliers_of_fixed));
     return application_->ipopt->OptimizeTNLP(GetRawPtr(program));
   };
   const Ipopt::SmartPtr<IpoptProgram> program = new IpoptProgram(evaluator_, start, options.time_limit);

@@ -4,6 +4,7 @@
 #include <string>
 
 #include "methods/complementarity/mpcc/nlp_evaluator.h"
+#include "problems/named_values.h"
 
 namespace ricochet {
 
@@ -30,14 +31,22 @@ struct NlpPoint {
   Vector z_L, z_U;  ///< n_variables
 };
 
+/// Solver of Ipopt's Newton systems.
+enum class LinearSolver {
+  mumps,  ///< searches for pivots
+  ldl,    ///< static order, no search: StaticLdl
+};
+const Names<LinearSolver>& linear_solver_names();
+
 struct IpoptOptions {
   double tolerance = 1e-10;        ///< of the scaled optimality conditions, and of the violation in the rows' own units
   double acceptable_factor = 100;  ///< a point this much worse is taken when nothing better is found
   int max_iterations = 1000;
-  double time_limit = 0;              ///< wall time [s]; 0: no limit
-  double barrier = 0.1;               ///< first barrier parameter mu
-  bool adaptive_barrier = false;      ///< mu follows the complementarity of the iterates; else it only decreases
-  double push = 1e-2;                 ///< relative distance by which a start without multipliers moves from bounds
+  double time_limit = 0;          ///< wall time [s]; 0: no limit
+  double barrier = 0.1;           ///< first barrier parameter mu
+  bool adaptive_barrier = false;  ///< mu follows the complementarity of the iterates; else it only decreases
+  double push = 1e-2;             ///< relative distance by which a start without multipliers moves from bounds
+  LinearSolver linear_solver = LinearSolver::mumps;
   bool multipliers_of_fixed = false;  ///< of variables with x_L = x_U: they stay in the problem, with a constraint each
 };
 
