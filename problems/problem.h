@@ -107,8 +107,8 @@ struct ProblemInfo {
   std::vector<int> bilateral;         ///< constraints, ascending
 
   std::vector<SwitchInfo> switches;  ///< n_s, of formulas with abs, sign, min, max or if; empty in a region
-  std::vector<int> region;           ///< of a problem that is one region of another: n_s signs; else empty
-  int until = -1;                    ///< of `switches`: a run ends where it vanishes first after the start; -1: none
+  std::vector<int> region;  ///< of a problem that is one region of another: n_s signs, 1 where it slides; else empty
+  int until = -1;           ///< of `switches`: a run ends where it vanishes first after the start; -1: none
 
   ImpactLaw impact_law;                      ///< methods support it or decline the scene
   std::shared_ptr<const Geometry> geometry;  ///< the bodies and their shapes; null if the scene states none
@@ -312,7 +312,8 @@ class Problem {
   /// D: n_s x (2 n_q + parameters), their derivatives with respect to q, v, and info().parameters.
   virtual void switching_derivative([[maybe_unused]] const double* q, [[maybe_unused]] const double* v,
                                     [[maybe_unused]] double* D) const {}
-  /// The problem of one region: every formula is smooth, and is that of the `signs` (n_s, each 1 or -1) everywhere.
+  /// The problem of one region: every formula is smooth, and is that of the `signs` (n_s, each 1 or -1) everywhere; with
+  /// 0, that of a motion that slides on psi_k = 0 (regions/sliding.h, which throws InputError where there is none).
   /// Takes milliseconds, and formulas_mutex() to make and to destroy it. Null if the problem has no switching
   /// functions.
   virtual std::unique_ptr<Problem> in_region([[maybe_unused]] std::span<const int> signs) const { return nullptr; }
