@@ -114,8 +114,7 @@ void print_iteration(const ShootingIteration& at) {
 
 int solve_by_shooting(const ControlArguments& options, const OptimalControlProblem& problem) {
   Shooting shooting(problem, tableau_argument(problem.tableau), options.control.shooting);
-  auto [guesses, notes] = guessed_controls(options.control, problem);
-  if (options.control.exploration.rounds == 0) guesses = {problem.guess(problem.n_intervals)};
+  const auto [guesses, notes] = guessed_controls(options.control, problem);
   for (const auto& note : notes) fmt::print("{}\n", note);
   const std::string discretisation = options.control.describe(problem);
   fmt::print("problem    {}: {}\n", problem.id, problem.title);

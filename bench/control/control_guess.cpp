@@ -65,7 +65,7 @@ GuessedTranscription guessed_transcription(const ControlOptions& options, const 
 GuessedControls guessed_controls(const ControlOptions& options, const OptimalControlProblem& problem) {
   GuessedControls guess;
   if (options.exploration.rounds > 0) guess.u = explored_controls(options.exploration, problem, guess.notes).starts;
-  if (guess.u.empty()) guess.u.emplace_back(problem.plant->info().u.replicate(1, problem.n_intervals));
+  if (guess.u.empty()) guess.u.push_back(problem.guess(problem.n_intervals));
   return guess;
 }
 

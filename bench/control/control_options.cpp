@@ -42,7 +42,11 @@ FesdEquations::Options equation_options(const ControlOptions& options, const Opt
 
 void ControlOptions::add(CLI::App& command) {
   const char *of_homotopy = "Options of --method homotopy", *of_shooting = "Options of --method shooting";
-  command.add_option("problem", problem, "name of an optimal control problem, see `ricochet list control`")->required();
+  command
+      .add_option(
+          "problem", problem,
+          "name of an optimal control problem, see `ricochet list control`, or a scene file with a block control")
+      ->required();
   command
       .add_option("--method", method,
                   "homotopy: relaxations of a discretised problem; shooting: optimisation over runs of the plant")
