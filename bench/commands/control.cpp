@@ -12,6 +12,7 @@
 #include "methods/complementarity/mpcc/homotopy.h"
 #include "methods/control/shooting/shooting.h"
 #include "methods/runge_kutta/tableau_argument.h"
+#include "problems/control/controls_csv.h"
 #include "problems/input_error.h"
 #include "reports/render/gnuplot.h"
 #include "reports/table.h"
@@ -23,7 +24,7 @@ namespace {
 struct ControlArguments {
   ControlOptions control;
   bool no_replay = false;
-  std::string plot;
+  std::string plot, csv;
 };
 
 void print_step(const HomotopyStep& step) {
@@ -101,6 +102,11 @@ int show(const ControlArguments& options, const OptimalControlProblem& problem, 
   fmt::print("objective  {:.10g}\n", trajectory.objective);
   if (problem.is_time_free) fmt::print("T          {:.10g} s\n", trajectory.T);
   print_impulses(problem, trajectory);
+  if (!options.csv.empty()) {
+    write_text("controls", options.csv,
+               controls_csv(trajectory.u, trajectory.T / static_cast<double>(trajectory.u.cols())));
+    fmt::print("controls   {}\n", options.csv);
+  }
   if (!options.plot.empty()) draw(problem, trajectory, discretisation, options.plot);
   if (!options.no_replay) fmt::print("\n{}", replay_table(problem, trajectory).text());
   return 0;
@@ -136,6 +142,7 @@ int solve_control_problem(const ControlArguments& options) {
   if (!options.plot.empty() && !can_draw())
     throw InputError("--plot", options.plot, "gnuplot is needed for figures and was not found");
   if (!options.plot.empty()) require_writable_folder("--plot", options.plot);
+  if (!options.csv.empty()) require_writable("controls", options.csv);
   if (options.control.is_shooting()) return solve_by_shooting(options, *problem);
   const HomotopyOptions homotopy = options.control.homotopy_options();
   const Homotopy solver(homotopy);
@@ -171,6 +178,9 @@ void add_control_command(CLI::App& app, int& exit_code) {
   o.control.add(*command);
   command->add_flag("--no-replay", o.no_replay, "do not replay the controls on the plant");
   command->add_option("--plot", o.plot, "write figures and an animation of the solution to FOLDER");
+  command->add_option("--csv", o.csv,
+                      "write the controls of the solution to FILE, a row per interval: `guess` of a control problem's "
+                      "file takes it");
   command->footer(
       "Examples:\n"
       "  ricochet control two_carts --simulate --sigma-0 0.01\n"

@@ -88,6 +88,8 @@ void validate(const OptimalControlProblem& problem) {
   const int n_x = 2 * info.n_q;
   check_function("running cost", problem.running_cost, n_x + info.n_u, 1);
   check_function("terminal cost", problem.terminal_cost, n_x, 1);
+  check_function("running squares", problem.running_residuals, n_x + info.n_u, -1);
+  check_function("terminal squares", problem.terminal_residuals, n_x, -1);
   check_function("path constraints", problem.path, n_x + info.n_u, -1);
   check_function("terminal constraints", problem.terminal, n_x, -1);
   const auto check_names = [](const char* what, const std::vector<std::string>& names, int count) {

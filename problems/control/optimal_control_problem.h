@@ -31,6 +31,10 @@ struct OptimalControlProblem {
   Bounds q, v, u;
   SmoothFunction running_cost;   ///< (q, v, u) -> L
   SmoothFunction terminal_cost;  ///< (q, v) -> E
+  /// Residuals whose squares are part of L: (q, v, u) -> rho, with L - rho' rho the rest. No outputs if none is stated.
+  /// A method that knows them has the convex part 2 rho_x' rho_x of the Hessian exactly (Gauss-Newton).
+  SmoothFunction running_residuals;
+  SmoothFunction terminal_residuals;  ///< (q, v) -> rho, likewise of E
   SmoothFunction path;           ///< (q, v, u) -> p
   SmoothFunction terminal;       ///< (q, v) -> r
   std::vector<std::string> path_names, terminal_names;

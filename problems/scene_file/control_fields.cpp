@@ -3,6 +3,7 @@
 #include <cmath>
 #include <limits>
 
+#include "problems/control/controls_csv.h"
 #include "problems/join.h"
 
 namespace ricochet {
@@ -14,8 +15,13 @@ using Bounds = OptimalControlProblem::Bounds;
 
 class ControlReader {
  public:
-  ControlReader(const Field& control, SymbolicModel model, const ExpressionNames& in_state)
-      : control_(control), model_(std::move(model)), constants_(in_state), in_state_(in_state) {
+  ControlReader(const Field& control, SymbolicModel model, const ExpressionNames& in_state,
+                std::filesystem::path folder)
+      : control_(control),
+        model_(std::move(model)),
+        constants_(in_state),
+        in_state_(in_state),
+        folder_(std::move(folder)) {
     constants_.scalars.erase("t");
     constants_.vectors.clear();
     in_state_and_control_ = in_state;
@@ -81,6 +87,29 @@ class ControlReader {
   void read_costs() {
     running_cost_ = control_.at("running_cost").expression(in_state_and_control_);
     if (control_.has("terminal_cost")) terminal_cost_ = control_.at("terminal_cost").expression(in_state_);
+    running_residuals_ = read_squares("running_squares", in_state_and_control_, running_cost_);
+    terminal_residuals_ = read_squares("terminal_squares", in_state_, terminal_cost_);
+  }
+
+  /// Residuals sqrt(weight) (value - reference), whose squares are added to `cost`.
+  Expressions read_squares(const char* key, const ExpressionNames& names, ex& cost) const {
+    Expressions residuals;
+    if (!control_.has(key)) return residuals;
+    const Field list = control_.at(key);
+    for (std::size_t k = 0; k < list.size(); ++k) {
+      const Field entry = list.at(k);
+      ex difference = entry.at("value").expression(names), weight = 1;
+      if (entry.has("reference")) difference -= entry.at("reference").expression(names);
+      if (entry.has("weight")) {
+        const Field field = entry.at("weight");
+        if (const double value = number_of(field); !(value >= 0))
+          throw InputError(field.name(), value, "a number >= 0 is required");
+        weight = field.expression(constants_);
+      }
+      residuals.push_back(GiNaC::sqrt(weight) * difference);
+      cost += residuals.back() * residuals.back();
+    }
+    return residuals;
   }
 
   Expressions read_constraints(const char* key, const ExpressionNames& names, std::vector<std::string>& labels) const {
@@ -146,12 +175,22 @@ class ControlReader {
     problem_->T_upper = upper;
   }
 
-  /// The guess: u of the scene, n_u values, or a table with a row of n_u values per interval. With a table, u of the
-  /// scene becomes its first row.
+  /// The guess: u of the scene, n_u values, a table with a row of n_u values per interval, or a file with such rows. With
+  /// rows, u of the scene becomes the first of them.
   void read_guess() {
     const auto n_u = static_cast<Eigen::Index>(model_.u.size());
     if (control_.has("guess")) {
       const Field guess = control_.at("guess");
+      if (guess.value().is_string()) {
+        const std::string path = (folder_ / guess.text()).string();
+        problem_->u_guess = read_controls(path, static_cast<int>(n_u));
+        for (Eigen::Index c = 0; c < n_u; ++c) {
+          for (const double u : problem_->u_guess.row(c))
+            require_in_bounds(u, c, fmt::format("{}: {}", guess.name(), path));
+          model_.control[static_cast<std::size_t>(c)] = problem_->u_guess(c, 0);
+        }
+        return;
+      }
       const bool is_table = guess.size() > 0 && guess.at(0).value().is_array();
       if (is_table) {
         guess.require_size(static_cast<std::size_t>(problem_->n_intervals));
@@ -218,6 +257,8 @@ class ControlReader {
     const auto constants = equations.constants();
     problem_->running_cost = {{running_cost_}, state_and_control, constants};
     problem_->terminal_cost = {{terminal_cost_}, state, constants};
+    if (!running_residuals_.empty()) problem_->running_residuals = {running_residuals_, state_and_control, constants};
+    if (!terminal_residuals_.empty()) problem_->terminal_residuals = {terminal_residuals_, state, constants};
     if (!path_.empty()) problem_->path = {path_, state_and_control, constants};
     if (!terminal_.empty()) problem_->terminal = {terminal_, state, constants};
     problem_->id = equations.id;
@@ -230,16 +271,18 @@ class ControlReader {
   Field control_;
   SymbolicModel model_;
   ExpressionNames constants_, in_state_, in_state_and_control_;
+  const std::filesystem::path folder_;
   std::unique_ptr<OptimalControlProblem> problem_ = std::make_unique<OptimalControlProblem>();
   ex running_cost_ = 0, terminal_cost_ = 0;
-  Expressions path_, terminal_;
+  Expressions running_residuals_, terminal_residuals_, path_, terminal_;
 };
 
 }  // namespace
 
 std::unique_ptr<OptimalControlProblem> make_control_problem(const Field& control, SymbolicModel model,
-                                                            const ExpressionNames& in_state) {
-  return ControlReader(control, std::move(model), in_state).read();
+                                                            const ExpressionNames& in_state,
+                                                            const std::filesystem::path& folder) {
+  return ControlReader(control, std::move(model), in_state, folder).read();
 }
 
 }  // namespace ricochet

@@ -38,10 +38,23 @@ ordered_json constraints_json(const SmoothFunction& function, const std::vector<
   return list;
 }
 
+/// The cost of a control problem in the two fields that state it: squares, and the rest.
+void put_cost(const SmoothFunction& cost, const SmoothFunction& residuals, const std::string& name,
+              ordered_json& control) {
+  GiNaC::ex rest = cost.formulas()[0];
+  ordered_json squares = ordered_json::array();
+  for (const GiNaC::ex& residual : residuals.formulas()) {
+    rest -= residual * residual;
+    squares.push_back({{"value", expression_text(residual)}});
+  }
+  control[name + "_cost"] = expression_text(rest);
+  if (!squares.empty()) control[name + "_squares"] = std::move(squares);
+}
+
 ordered_json control_json(const OptimalControlProblem& problem, Eigen::Index n_q) {
   ordered_json control = {{"N", problem.n_intervals}, {"elements", problem.n_fe}, {"tableau", problem.tableau}};
-  control["running_cost"] = expression_text(problem.running_cost.formulas()[0]);
-  control["terminal_cost"] = expression_text(problem.terminal_cost.formulas()[0]);
+  put_cost(problem.running_cost, problem.running_residuals, "running", control);
+  put_cost(problem.terminal_cost, problem.terminal_residuals, "terminal", control);
   for (const auto& [key, bounds, size] : {std::tuple("q", &problem.q, n_q), std::tuple("v", &problem.v, n_q),
                                           std::tuple("u", &problem.u, problem.u.lower.size())}) {
     if (ordered_json list = bounds_json(*bounds, size); !list.is_null()) control["bounds"][key] = std::move(list);

@@ -415,7 +415,8 @@ std::unique_ptr<OptimalControlProblem> make_control_problem_of(const json& scene
   read_labels(scene, around, path, model);
   if (model.id == path) model.id = std::filesystem::path(path).stem().string();  // it names files of figures
   try {
-    auto problem = make_control_problem(field.at("control"), std::move(model), reader.names_in_state());
+    auto problem = make_control_problem(field.at("control"), std::move(model), reader.names_in_state(),
+                                        std::filesystem::path(path).parent_path());
     validate(*problem);
     return problem;
   } catch (const InputError& error) {

@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <random>
 
@@ -10,8 +12,10 @@
 #include "methods/complementarity/mpcc/homotopy.h"
 #include "methods/control/exploration.h"
 #include "methods/control/fesd_transcription.h"
+#include "methods/control/shooting/convex_hessian.h"
 #include "methods/control/shooting/shooting.h"
 #include "methods/runge_kutta/tableau_argument.h"
+#include "problems/control/controls_csv.h"
 #include "problems/input_error.h"
 #include "problems/scene_file/scene_file.h"
 
@@ -162,6 +166,68 @@ TEST(ControlFile, AGuessIsConstantOrATable) {
   }
   EXPECT_EQ(guesses, (std::vector<double>{3, 1, 2, -4}));
   EXPECT_EQ(read_control_text(scene.dump(), "f", {{"rate", 5}})->guess(4)(0, 0), 5);
+}
+
+TEST(ControlFile, AGuessIsATableOfAnyLengthInAFileBesideTheProblem) {
+  const std::filesystem::path folder = std::filesystem::path(testing::TempDir()) / "control_guess";
+  std::filesystem::create_directories(folder);
+  json scene = free_mass();
+  scene["control"]["guess"] = "plan.csv";
+  const auto write = [&](const std::string& text) { std::ofstream(folder / "plan.csv") << text; };
+  const auto read = [&] {
+    std::ofstream(folder / "problem.json") << scene.dump();
+    return read_control_file((folder / "problem.json").string());
+  };
+  const Matrix plan{{3, -4.5}};
+  write("# of an earlier solution\n" + controls_csv(plan, 1));
+  EXPECT_EQ(read()->guess(4), (Matrix{{3, 3, -4.5, -4.5}}));
+  EXPECT_EQ(read()->plant->info().u[0], 3);
+  write("push\n3\n\n-4.5\n");
+  EXPECT_EQ(read()->guess(2), plan);
+  for (const auto& [text, reason] :
+       {std::pair("push\n3\nx\n", "plan.csv, line 3"), std::pair("push\n3,4\n", "one for each of 1"),
+        std::pair("push\n", "no rows"), std::pair("push\n30\n", "in the bounds")}) {
+    write(text);
+    try {
+      read();
+      ADD_FAILURE() << text;
+    } catch (const InputError& error) {
+      EXPECT_NE(std::string(error.what()).find(reason), std::string::npos) << error.what();
+    }
+  }
+}
+
+/// Squares are the same problem as their formula, and their convex part is the one of Gauss and Newton.
+TEST(ControlFile, SquaresAreAddedToTheCost) {
+  json scene = free_mass();
+  scene["control"]["running_cost"] = "push**2/8 - q[0]**2/100";
+  scene["control"]["running_squares"] =
+      json::parse(R"([{"value": "sin(q[0])", "reference": "rate*t", "weight": "m"
+}, {"value": "v[0]"}])");
+  scene["control"]["terminal_squares"] = json::parse(R"([{"value": "q[0]*v[0]", "weight": 5}])");
+const auto problem = read_control_text(scene.dump(), "f");
+const Vector q{{0.3, 0.7}}, v{{-0.4, 1}}, u{{2}};
+EXPECT_NEAR(problem->running_cost.at(q, v, u)[0], 0.5 - 0.0009 + 2 * std::pow(std::sin(0.3) - 3 * 0.7, 2) + 0.16,
+            1e-14);
+EXPECT_NEAR(problem->terminal_cost.at(q, v)[0], 5 * 0.12 * 0.12, 1e-14);
+
+Vector x(5);
+x << q, v, u;
+ConvexHessian hessian(problem->running_cost, problem->running_residuals);
+const Vector slope{{std::cos(0.3), -3}};
+Matrix expected = Matrix::Zero(5, 5);
+expected.topLeftCorner(2, 2) = 2 * 2 * slope * slope.transpose();
+expected(2, 2) = 2;
+expected(4, 4) = 0.25;
+EXPECT_LE((hessian.at(x.data()) - expected).cwiseAbs().maxCoeff(), 1e-13);  // the concave -q^2 / 100 is left out
+
+const auto again = read_control_text(control_text(*problem), "f");
+EXPECT_EQ(again->running_residuals.n_outputs(), 2);
+ConvexHessian of_written(again->running_cost, again->running_residuals);
+EXPECT_LE((of_written.at(x.data()) - expected).cwiseAbs().maxCoeff(), 1e-13);
+EXPECT_NEAR(again->running_cost.at(q, v, u)[0], problem->running_cost.at(q, v, u)[0], 1e-14);
+scene["control"]["running_squares"][0]["weight"] = "-m";
+EXPECT_NE(control_error_of(scene).find("control.running_squares[0].weight"), std::string::npos);
 }
 
 TEST(ControlFile, TheSceneOfAControlProblemRuns) {

@@ -20,15 +20,6 @@ constexpr double kSmallestRange = 1e-12;
 
 }  // namespace
 
-const Matrix& ShootingProgram::PositivePart::operator()(const Matrix& A) {
-  if (of.rows() == A.rows() && of == A) return part;
-  of = A;
-  const SymmetricEigen eigen(A);
-  part = eigen.vectors * eigen.values.cwiseMax(0).asDiagonal() * eigen.vectors.transpose();
-  part = (0.5 * (part + part.transpose())).eval();
-  return part;
-}
-
 ShootingProgram::ShootingProgram(PlantRunner& runner)
     : runner_(runner),
       problem_(runner.problem()),
@@ -37,7 +28,9 @@ ShootingProgram::ShootingProgram(PlantRunner& runner)
       n_theta_(2 * n_q_ + n_u_ + 1),
       is_time_free_(problem_.is_time_free),
       n_x_(static_cast<int>(2 * n_q_) + (is_time_free_ ? 1 : 0)),
-      scale_(n_u_) {
+      scale_(n_u_),
+      running_(problem_.running_cost, problem_.running_residuals),
+      terminal_(problem_.terminal_cost, problem_.terminal_residuals) {
   for (Eigen::Index c = 0; c < n_u_; ++c) {
     const double width = problem_.u.upper[c] - problem_.u.lower[c];
     scale_[c] = std::isfinite(width) && width > 0 ? width / 2 : 1;
@@ -68,13 +61,11 @@ void ShootingProgram::add_stage(const Element& e, const Sensitivity::ElementDeri
     D_.block(n_q_, 2 * n_q_, n_q_, 1) = derivatives.v.block(j * n_q_, n_theta_ - 1, n_q_, 1);
   }
   double L = 0;
-  const double one = 1;
   problem_.running_cost.evaluate(point_.data(), &L);
   problem_.running_cost.jacobian(point_.data(), gradient_L_.data());
-  problem_.running_cost.hessian(point_.data(), &one, hessian_.data());
   stage.g.noalias() += e.h * b * D_.transpose() * gradient_L_;
   stage.g += b * L * by_z(derivatives.h.transpose());
-  stage.H.noalias() += e.h * b * D_.transpose() * running_(hessian_) * D_;
+  stage.H.noalias() += e.h * b * D_.transpose() * running_.at(point_.data()) * D_;
 
   runner_.constraints().values(point_, c_);
   if (c_.size() == 0) return;
@@ -105,7 +96,6 @@ void ShootingProgram::set(const PlantMotion& motion, const MotionLineariser& lin
   rows_.resize(N);
   point_.resize(2 * n_q_ + n_u_);
   gradient_L_.resize(2 * n_q_ + n_u_);
-  hessian_.resize(2 * n_q_ + n_u_, 2 * n_q_ + n_u_);
   D_.setZero(2 * n_q_ + n_u_, n_x_ + n_u_);
   D_.bottomRightCorner(n_u_, n_u_).setIdentity();
   slack_at_0_ = motion.terminal.lpNorm<1>();
@@ -146,12 +136,9 @@ void ShootingProgram::set_end(const PlantMotion& motion) {
   end.H.setZero(n_x_, n_x_);
   end.g.setZero(n_x_);
   Vector g(2 * n_q_);
-  Matrix hessian(2 * n_q_, 2 * n_q_);
-  const double one = 1;
   problem_.terminal_cost.jacobian(x.data(), g.data());
-  problem_.terminal_cost.hessian(x.data(), &one, hessian.data());
   end.g.head(2 * n_q_) = g;
-  end.H.topLeftCorner(2 * n_q_, 2 * n_q_) = terminal_(hessian);
+  end.H.topLeftCorner(2 * n_q_, 2 * n_q_) = terminal_.at(x.data());
   end.C.resize(0, n_x_);
   end.d.resize(0);
   end.weight.resize(0);

@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "methods/control/shooting/convex_hessian.h"
 #include "methods/control/shooting/guards.h"
 #include "methods/control/shooting/horizon_qp.h"
 #include "methods/control/shooting/linearised_interval.h"
@@ -104,14 +105,9 @@ class ShootingProgram {
   bool has_guards_ = false;
   std::vector<Guard> guards_;
 
-  /// The positive semidefinite part of a matrix; of the last one, it is kept.
-  struct PositivePart {
-    Matrix of, part;
-    const Matrix& operator()(const Matrix& A);
-  };
-  PositivePart running_, terminal_;
+  ConvexHessian running_, terminal_;
   Vector point_, gradient_L_, c_;
-  Matrix D_, D_theta_, hessian_, J_;
+  Matrix D_, D_theta_, J_;
 };
 
 }  // namespace ricochet
