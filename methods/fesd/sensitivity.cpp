@@ -1,5 +1,6 @@
 #include "methods/fesd/sensitivity.h"
 
+#include <algorithm>
 #include <stdexcept>
 #include <utility>
 
@@ -12,6 +13,9 @@ Sensitivity::Sensitivity(VariedProblem varied, const ButcherTableau& tableau)
       point_(varied_),
       problem_(varied_.problem()),
       tableau_(tableau),
+      A2_(tableau.A * tableau.A),
+      r_(tableau.A.rowwise().sum()),
+      bA_(tableau.A.transpose() * tableau.b),
       n_q_(problem_.n_q()),
       n_c_(problem_.n_c()),
       n_t_(problem_.info().n_lambda_t),
@@ -47,7 +51,7 @@ void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
   const int N = step.n_elements;
   before_ = reached_;
   dt_elements_.resize(static_cast<std::size_t>(N));
-  if (keeps_elements_ && elements_.size() < static_cast<std::size_t>(N)) elements_.resize(static_cast<std::size_t>(N));
+  elements_.resize(std::max(elements_.size(), keeps_elements_ ? static_cast<std::size_t>(N) : 1));
   n_elements_ = keeps_elements_ ? static_cast<std::size_t>(N) : 0;
   if (step.touches && !reached_.modes.empty() && !reached_.is_at_switch) through_switch_at_start(step);
   for (int first = 0; first < N;) {
@@ -62,10 +66,10 @@ void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
     state.v.leftCols(n_theta_) = reached_.v;
     ElementVariation element;
     for (int k = first; k < first + count; ++k) {
-      if (keeps_elements_) elements_[static_cast<std::size_t>(k)].v_minus = state.v;
+      ElementDerivatives& stages = elements_[keeps_elements_ ? static_cast<std::size_t>(k) : 0];
+      stages.v_minus = state.v;
       through_start(step, k, state);
-      element = through_element(step.elements[k], k + 1 < first + count ? none : end, state,
-                                keeps_elements_ ? &elements_[static_cast<std::size_t>(k)] : nullptr);
+      element = through_element(step.elements[k], k + 1 < first + count ? none : end, state, stages);
     }
     Vector dh;
     if (end.contact >= 0) {
@@ -191,25 +195,63 @@ void Sensitivity::through_projection(const Element& e, const Switch& end, State&
                          false, laws_at_end(e, end, Lambda_n), state.q, state.v);
 }
 
+/// (3) at fixed accelerations.
+void Sensitivity::start_stages(const Element& e, const State& start, ElementDerivatives& stages) const {
+  const double h = e.h;
+  stages.start_q = start.q;
+  stages.start_v = start.v;
+  stages.q.resize(n_s_ * n_q_, n_theta_ + 1);
+  stages.v.resize(n_s_ * n_q_, n_theta_ + 1);
+  for (int j = 0; j < n_s_; ++j) {
+    auto q = stages.q.middleRows(j * n_q_, n_q_), v = stages.v.middleRows(j * n_q_, n_q_);
+    q = start.q + h * r_[j] * start.v;
+    v = start.v;
+    q.col(n_theta_) += r_[j] * e.v0;
+    for (int l = 0; l < n_s_; ++l) {
+      q.col(n_theta_) += 2 * h * A2_(j, l) * e.a.col(l);
+      v.col(n_theta_) += tableau_.A(j, l) * e.a.col(l);
+    }
+  }
+}
+
+/// Adds what the accelerations contribute to (3), and the forces. @param dx  of the unknowns
+void Sensitivity::finish_stages(const Element& e, const Matrix& dx, const Numbering& numbering,
+                                ElementDerivatives& stages) const {
+  const double h = e.h;
+  const Eigen::Index n = numbering.size, n_forces = n_c_ + n_t_;
+  stages.forces.setZero(n_s_ * n_forces, n_theta_ + 1);
+  for (int j = 0; j < n_s_; ++j) {
+    for (int l = 0; l < n_s_; ++l) {
+      stages.q.middleRows(j * n_q_, n_q_) += h * h * A2_(j, l) * dx.middleRows(l * n, n_q_);
+      stages.v.middleRows(j * n_q_, n_q_) += h * tableau_.A(j, l) * dx.middleRows(l * n, n_q_);
+    }
+    point_.add_forces(numbering, dx.middleRows(j * n, n), 1, stages.forces.middleRows(j * n_forces, n_forces));
+  }
+}
+
 /// (1)-(3)
 Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, const Switch& end, State& state,
-                                                           ElementDerivatives* kept) const {
+                                                           ElementDerivatives& stages) {
   const ProblemInfo& info = problem_.info();
   const Matrix& A = tableau_.A;
-  const Matrix A2 = A * A;
-  const Vector r = A.rowwise().sum(), bA = A.transpose() * tableau_.b;
   const double h = e.h;
 
-  const Numbering numbering = PointVariation::numbering(problem_.info(), e.modes);
+  start_stages(e, state, stages);
+  const Numbering numbering = PointVariation::numbering(info, e.modes);
   const Eigen::Index n = numbering.size;
-  Matrix K = Matrix::Zero(n_s_ * n, n_s_ * n), R(n_s_ * n, n_theta_ + 1);
-  Rows rows;
+  auto& [K, R, rows, q, v, a, lambda_n, lambda_t] = scratch_;
+  K.setZero(n_s_ * n, n_s_ * n);
+  R.resize(n_s_ * n, n_theta_ + 1);
   for (int j = 0; j < n_s_; ++j) {
-    const Vector q = e.q.col(j), v = e.v.col(j), a = e.a.col(j), lambda_n = e.lambda_n.col(j),
-                 lambda_t = e.lambda_t.col(j);
+    q = e.q.col(j);
+    v = e.v.col(j);
+    a = e.a.col(j);
+    lambda_n = e.lambda_n.col(j);
+    lambda_t = e.lambda_t.col(j);
     const Matrix direct = varied_.rows(q, v, a, lambda_n, lambda_t);
-    const Matrix J_n = problem_.normal_jacobian(q);
     point_.set_motion(numbering, {q, v, a, lambda_n, lambda_t}, direct, rows);  // (1)
+    Matrix J_n;
+    if (!numbering.contacts.empty()) J_n = problem_.normal_jacobian(q);
     for (const auto& [i, row] : numbering.contacts) {
       const auto& contact = info.contacts[i];
       rows.q.row(row) = J_n.col(i).transpose() / (h * h);  // (2), scaled for the pivoting
@@ -221,24 +263,24 @@ Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, con
         point_.add_friction(i, friction, q, v, lambda_n[i], direct, row, row + 1, rows);
       }
     }
-    Matrix q_j = state.q + h * r[j] * state.v, v_j = state.v;  // (3) at fixed accelerations
-    q_j.col(n_theta_) += r[j] * e.v0 + 2 * h * e.a * A2.row(j).transpose();
-    v_j.col(n_theta_) += e.a * A.row(j).transpose();
-    R.middleRows(j * n, n) = rows.q * q_j + rows.v * v_j + rows.theta;
+    R.middleRows(j * n, n) = rows.theta;
+    R.middleRows(j * n, n).noalias() += rows.q * stages.q.middleRows(j * n_q_, n_q_);
+    R.middleRows(j * n, n).noalias() += rows.v * stages.v.middleRows(j * n_q_, n_q_);
     K.block(j * n, j * n, n, n) += rows.x;
-    for (int l = 0; l < n_s_; ++l) K.block(j * n, l * n, n, n_q_) += h * h * A2(j, l) * rows.q + h * A(j, l) * rows.v;
+    for (int l = 0; l < n_s_; ++l) K.block(j * n, l * n, n, n_q_) += h * h * A2_(j, l) * rows.q + h * A(j, l) * rows.v;
   }
-  const Matrix dx = -solve_consistent(K, R);  // of redundant contacts, any of the forces that balance each other
+  // Without contacts K is M up to O(h); of redundant contacts, any of the forces that balance each other will do.
+  const Matrix dx = numbering.contacts.empty() ? -solve_partial_pivoting(K, R) : -solve_consistent(K, R);
 
-  if (kept) keep(state, e, dx, numbering, *kept);
+  finish_stages(e, dx, numbering, stages);
   ElementVariation element{Matrix::Zero(n_c_ + n_t_, n_theta_ + 1), Matrix(n_s_ * n_q_, n_theta_ + 1)};
   state.q += h * state.v;
-  state.q.col(n_theta_) += e.v0 + 2 * h * e.a * bA;
+  state.q.col(n_theta_) += e.v0 + 2 * h * e.a * bA_;
   state.v.col(n_theta_) += e.a * tableau_.b;
   for (int j = 0; j < n_s_; ++j) {
     const auto dw = dx.middleRows(j * n, n_q_);
     element.accelerations.middleRows(j * n_q_, n_q_) = dw;
-    state.q += h * h * bA[j] * dw;
+    state.q += h * h * bA_[j] * dw;
     state.v += h * tableau_.b[j] * dw;
     if (tableau_.right_end.size() > 0)
       point_.add_forces(numbering, dx.middleRows(j * n, n), tableau_.right_end[j], element.forces);
@@ -246,36 +288,6 @@ Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, con
   if (e.is_projected) through_projection(e, end, state);
   if (e.has_end_forces && !stops_in_space(e, end)) element.forces = constrained_forces(e, end, state);
   return element;
-}
-
-/// (3) and the forces at the stages. @param start  at the left end; @param dx  of the unknowns
-void Sensitivity::keep(const State& start, const Element& e, const Matrix& dx, const Numbering& numbering,
-                       ElementDerivatives& kept) const {
-  const Matrix& A = tableau_.A;
-  const Matrix A2 = A * A;
-  const Vector r = A.rowwise().sum();
-  const double h = e.h;
-  const Eigen::Index n = numbering.size, n_forces = n_c_ + n_t_;
-  kept.start_q = start.q;
-  kept.start_v = start.v;
-  kept.q.resize(n_s_ * n_q_, n_theta_ + 1);
-  kept.v.resize(n_s_ * n_q_, n_theta_ + 1);
-  kept.forces.setZero(n_s_ * n_forces, n_theta_ + 1);
-  Matrix forces(n_forces, n_theta_ + 1);
-  for (int j = 0; j < n_s_; ++j) {
-    auto q = kept.q.middleRows(j * n_q_, n_q_), v = kept.v.middleRows(j * n_q_, n_q_);
-    q = start.q + h * r[j] * start.v;
-    v = start.v;
-    q.col(n_theta_) += r[j] * e.v0 + 2 * h * e.a * A2.row(j).transpose();
-    v.col(n_theta_) += e.a * A.row(j).transpose();
-    for (int l = 0; l < n_s_; ++l) {
-      q += h * h * A2(j, l) * dx.middleRows(l * n, n_q_);
-      v += h * A(j, l) * dx.middleRows(l * n, n_q_);
-    }
-    forces.setZero();
-    point_.add_forces(numbering, dx.middleRows(j * n, n), 1, forces);
-    kept.forces.middleRows(j * n_forces, n_forces) = forces;
-  }
 }
 
 /// (11) of end_projection.h, varied. @param state  at the right end

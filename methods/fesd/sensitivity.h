@@ -106,17 +106,19 @@ class Sensitivity {
     Matrix forces;         // at the right end: n_c, then n_t, rows
     Matrix accelerations;  // of the stages: n_s times n_q rows
   };
-  void keep(const State& start, const Element& e, const Matrix& dx, const Numbering& numbering,
-            ElementDerivatives& kept) const;
+  void start_stages(const Element& e, const State& start, ElementDerivatives& stages) const;
+  void finish_stages(const Element& e, const Matrix& dx, const Numbering& numbering, ElementDerivatives& stages) const;
   void remember_end(const FesdStep& step);
-  /// @param kept  null, or where the stages are kept, with a last column per unit of h
-  ElementVariation through_element(const Element& e, const Switch& end, State& state, ElementDerivatives* kept) const;
+  /// @param stages  out: of the element, with a last column per unit of h
+  ElementVariation through_element(const Element& e, const Switch& end, State& state, ElementDerivatives& stages);
   Eigen::RowVectorXd switch_slope(const Element& e, const Switch& end, const State& state, const Matrix& forces) const;
 
   const VariedProblem varied_;
   const PointVariation point_;
   const Problem& problem_;
   const ButcherTableau tableau_;
+  const Matrix A2_;      // A^2
+  const Vector r_, bA_;  // of (3)
   const int n_q_, n_c_, n_t_, n_s_;
   const Eigen::Index n_theta_;
 
@@ -134,6 +136,12 @@ class Sensitivity {
   bool keeps_elements_ = false;
   std::vector<ElementDerivatives> elements_;
   std::size_t n_elements_ = 0;  // in use
+  struct Scratch {
+    Matrix K, R;  // K dx = -R, of an element
+    Rows rows;    // of a stage
+    Vector q, v, a, lambda_n, lambda_t;
+  };
+  Scratch scratch_;
 };
 
 }  // namespace ricochet

@@ -112,6 +112,7 @@ PointVariation::Friction PointVariation::slip(int contact, const Vector& s, doub
 
 /// The columns of the forces in (1) and (3).
 void PointVariation::add_force_columns(const Numbering& numbering, const Vector& q, Rows& rows) const {
+  if (numbering.contacts.empty()) return;
   const Matrix D_n = problem_.force_directions(problem_.normal_jacobian(q)),
                D_t = problem_.force_directions(problem_.tangent_jacobian(q));
   for (const auto& [i, row] : numbering.contacts) {
@@ -122,12 +123,16 @@ void PointVariation::add_force_columns(const Numbering& numbering, const Vector&
 }
 
 void PointVariation::set_motion(const Numbering& numbering, const Motion& at, const Matrix& direct, Rows& rows) const {
-  Matrix M_q(n_q_, n_q_), f_q(n_q_, n_q_), f_v(n_q_, n_q_), J_q(n_q_, n_q_);
+  Matrix M_q(n_q_, n_q_), f_q(n_q_, n_q_), f_v(n_q_, n_q_);
   problem_.mass_derivative(at.q.data(), at.a.data(), M_q.data());
   problem_.force_jacobians(at.q.data(), at.v.data(), problem_.info().u.data(), f_q.data(), f_v.data());
-  problem_.contact_force_derivative(at.q.data(), at.lambda_n.data(), at.lambda_t.data(), J_q.data());
   rows.reset(numbering.size, n_q_, direct.cols());
-  rows.q.topRows(n_q_) = M_q - f_q - J_q;
+  rows.q.topRows(n_q_) = M_q - f_q;
+  if (!numbering.contacts.empty()) {
+    Matrix J_q(n_q_, n_q_);
+    problem_.contact_force_derivative(at.q.data(), at.lambda_n.data(), at.lambda_t.data(), J_q.data());
+    rows.q.topRows(n_q_) -= J_q;
+  }
   rows.v.topRows(n_q_) = -f_v;
   rows.x.topLeftCorner(n_q_, n_q_) = problem_.mass_matrix(at.q);
   rows.theta.topRows(n_q_) = direct.topRows(n_q_);
@@ -159,7 +164,7 @@ void PointVariation::add_friction(int contact, const Friction& friction, const V
 }
 
 void PointVariation::add_forces(const Numbering& numbering, const Eigen::Ref<const Matrix>& unknowns, double weight,
-                                Matrix& forces) const {
+                                Eigen::Ref<Matrix> forces) const {
   for (const auto& [i, row] : numbering.contacts) {
     const auto& contact = problem_.info().contacts[i];
     forces.row(i) += weight * unknowns.row(row);

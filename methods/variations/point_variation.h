@@ -92,7 +92,7 @@ class PointVariation {
                     const Matrix& direct, Eigen::Index column, Eigen::Index row, Rows& rows) const;
   /// forces += weight times the forces among the unknowns. @param forces  n_c, then n_lambda_t, rows
   void add_forces(const Numbering& numbering, const Eigen::Ref<const Matrix>& unknowns, double weight,
-                  Matrix& forces) const;
+                  Eigen::Ref<Matrix> forces) const;
 
   /// d[ mu lambda_n - ||lambda_t|| ] of a contact. @param lambda_t  its own, n_t; @param forces  n_c, then n_lambda_t,
   /// rows, varied

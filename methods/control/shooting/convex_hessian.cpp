@@ -6,7 +6,7 @@ namespace ricochet {
 namespace {
 
 /// Terms of the rest up to here are what remains of squares, relative to their size.
-constexpr double kRounding = 1e-14;
+constexpr double kRestRounding = 1e-14;
 
 }  // namespace
 
@@ -29,7 +29,7 @@ const Matrix& ConvexHessian::at(const double* x) {
     residuals_.hessian(x, rho_.data(), curvature_.data());
     rest_ -= curvature_;
     rest_.noalias() -= 2 * J_.transpose() * J_;
-    rest_ = (rest_.array().abs() <= kRounding * size).select(0, rest_);
+    rest_ = (rest_.array().abs() <= kRestRounding * size).select(0, rest_);
   }
   if (of_.rows() != rest_.rows() || of_ != rest_) {
     of_ = rest_;
