@@ -163,10 +163,9 @@ int solve_control_problem(const ControlArguments& options) {
   fmt::print("complement max min(G, H) = {:.1e}, worst violation {:.1e}, {}\n", solution.complementarity,
              solution.violation.value, solution.violation.name);
   if (!solution.succeeded()) return 1;
-  fmt::print("stationary {}{}, {} biactive pairs\n", to_string(solution.stationarity),
-             solution.is_b_stationary ? ", B" : "", solution.n_biactive);
-  const ControlTrajectory trajectory = transcription->trajectory(solution.x);
-  return show(options, *problem, trajectory, discretisation);
+  const ControlSolution of_problem = transcription->solution(solution);
+  fmt::print("stationary {}\n", of_problem.stationarity);
+  return show(options, *problem, of_problem.trajectory, discretisation);
 }
 
 }  // namespace

@@ -48,6 +48,16 @@ ControlTrajectory FesdTranscription::trajectory(const Vector& x) const {
   return trajectory;
 }
 
+std::vector<int> FesdTranscription::lengths() const {
+  std::vector<int> result;
+  for (const auto& interval : equations_.intervals()) {
+    for (const auto& element : interval) {
+      if (interval.size() > 1) result.push_back(element.h);
+    }
+  }
+  return result;
+}
+
 Status FesdTranscription::guess_interval(PivotingSolver& solver, double H, int k, Vector& q, Vector& v) {
   Status status = solver.advance(H);
   if (status != Status::success) return status;

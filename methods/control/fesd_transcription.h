@@ -20,6 +20,7 @@ class FesdTranscription final : public Transcription {
 
  private:
   Status guess_interval(PivotingSolver& solver, double H, int k, Vector& q, Vector& v) override;
+  std::vector<int> lengths() const override;
   Status sample(PivotingSolver& solver, double H, Vector q, Vector v, FesdStep& step) const;
 
   const ButcherTableau tableau_;

@@ -4,8 +4,8 @@
 #include <utility>
 #include <vector>
 
-#include "methods/complementarity/mpcc/nlp.h"
-#include "methods/control/control_trajectory.h"
+#include "methods/complementarity/mpcc/homotopy.h"
+#include "methods/control/control_solution.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/mpcc_equations/contact_equations.h"
 #include "problems/control/optimal_control_problem.h"
@@ -23,6 +23,11 @@ class Transcription {
   Mpcc& mpcc() { return mpcc_; }
   /// Reads the motion out of a solution x.
   virtual ControlTrajectory trajectory(const Vector& x) const = 0;
+  /// A solution of the program as one of the problem. Where an element has its least length, the program holds an impact
+  /// or a switch that the plant lets move: such a point is stationary for the program only, and
+  /// ControlSolution::stationarity names the element. @param of_program  solved or not; without a trajectory unless
+  /// it is solved
+  ControlSolution solution(const MpccSolution& of_program) const;
   /// Sets the guess of all variables from these controls and the motion of the pivoting solver under them.
   /// @param u  n_u x N. @return its status; variables after a failure keep the plain guess
   Status guess_from_simulation(const Matrix& u);
@@ -55,6 +60,9 @@ class Transcription {
   /// Simulates interval k, of length H, and uses its motion as the guess. @param solver  started at the interval's
   /// start. @param q, v  the state there; at its end on return
   virtual Status guess_interval(PivotingSolver& solver, double H, int k, Vector& q, Vector& v) = 0;
+
+  /// Variables of the lengths of elements, of intervals that have several.
+  virtual std::vector<int> lengths() const { return {}; }
 
   /// Is called before the initial state is added.
   void begin_sections();

@@ -413,6 +413,28 @@ void follow_carts(Transcription& transcription, const OptimalControlProblem& pro
   }
 }
 
+/// The guess puts an impact where the program's least length of an element holds it: the plant's cost falls to 10.51 from
+/// there, and the point is not called stationary for the plant.
+TEST(OptimalControl, ElementsAtTheirLeastLengthAreReported) {
+  const auto problem = make_control_problem("two_carts");
+  FesdTranscription transcription(*problem, tableau_argument(problem->tableau), {});
+  ASSERT_EQ(transcription.guess_from_simulation(), Status::success);
+  const MpccSolution of_program =
+      Homotopy(ControlOptions::parse("two_carts --sigma-0 0.01").homotopy_options()).solve(transcription.mpcc());
+  ASSERT_TRUE(of_program.succeeded()) << of_program.message;
+  const ControlSolution solution = transcription.solution(of_program);
+  const double shortest = 0.1 * problem->plant->info().end_time / problem->n_intervals / problem->n_fe;
+  int at_bound = 0;
+  for (std::size_t k = 0; k < transcription.mpcc().nlp.variables.size(); ++k) {
+    const auto& variable = transcription.mpcc().nlp.variables[k];
+    at_bound += variable.name.ends_with(", h") && of_program.x[static_cast<Eigen::Index>(k)] <= (1 + 1e-6) * shortest;
+  }
+  EXPECT_EQ(solution.stationarity.find("unknown for the plant") != std::string::npos, at_bound > 0)
+      << solution.stationarity;
+  EXPECT_EQ(solution.trajectory.objective, transcription.trajectory(of_program.x).objective);
+  EXPECT_EQ(solution.iterations, of_program.iterations);
+}
+
 TEST(ShrinkingHorizon, TheRestOfAnOptimalPlanIsOptimal) {
   const auto problem = make_control_problem("two_carts");
   FesdTranscription transcription(*problem, make_tableau("radau-iia", 3),
