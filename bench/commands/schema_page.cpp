@@ -91,6 +91,7 @@ std::string scene_file_page() {
   page += section(schema, "A law of impacts", schema.definition("impact_law"));
   page += section(schema, "A control problem", schema.definition("control"));
   page += section(schema, "A constraint of a control problem", schema.definition("constraint"));
+  page += section(schema, "A square of a cost", schema.definition("square"));
   page += section(schema, "A geometry", schema.definition("geometry"));
   for (const char* part : {"body", "shape", "link"})
     page += section(schema, fmt::format("A {}", part), schema.definition(part));
