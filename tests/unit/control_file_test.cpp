@@ -202,32 +202,31 @@ TEST(ControlFile, SquaresAreAddedToTheCost) {
   json scene = free_mass();
   scene["control"]["running_cost"] = "push**2/8 - q[0]**2/100";
   scene["control"]["running_squares"] =
-      json::parse(R"([{"value": "sin(q[0])", "reference": "rate*t", "weight": "m"
-}, {"value": "v[0]"}])");
+      json::parse(R"~([{"value": "sin(q[0])", "reference": "rate*t", "weight": "m"}, {"value": "v[0]"}])~");
   scene["control"]["terminal_squares"] = json::parse(R"([{"value": "q[0]*v[0]", "weight": 5}])");
-const auto problem = read_control_text(scene.dump(), "f");
-const Vector q{{0.3, 0.7}}, v{{-0.4, 1}}, u{{2}};
-EXPECT_NEAR(problem->running_cost.at(q, v, u)[0], 0.5 - 0.0009 + 2 * std::pow(std::sin(0.3) - 3 * 0.7, 2) + 0.16,
-            1e-14);
-EXPECT_NEAR(problem->terminal_cost.at(q, v)[0], 5 * 0.12 * 0.12, 1e-14);
+  const auto problem = read_control_text(scene.dump(), "f");
+  const Vector q{{0.3, 0.7}}, v{{-0.4, 1}}, u{{2}};
+  EXPECT_NEAR(problem->running_cost.at(q, v, u)[0], 0.5 - 0.0009 + 2 * std::pow(std::sin(0.3) - 3 * 0.7, 2) + 0.16,
+              1e-14);
+  EXPECT_NEAR(problem->terminal_cost.at(q, v)[0], 5 * 0.12 * 0.12, 1e-14);
 
-Vector x(5);
-x << q, v, u;
-ConvexHessian hessian(problem->running_cost, problem->running_residuals);
-const Vector slope{{std::cos(0.3), -3}};
-Matrix expected = Matrix::Zero(5, 5);
-expected.topLeftCorner(2, 2) = 2 * 2 * slope * slope.transpose();
-expected(2, 2) = 2;
-expected(4, 4) = 0.25;
-EXPECT_LE((hessian.at(x.data()) - expected).cwiseAbs().maxCoeff(), 1e-13);  // the concave -q^2 / 100 is left out
+  Vector x(5);
+  x << q, v, u;
+  ConvexHessian hessian(problem->running_cost, problem->running_residuals);
+  const Vector slope{{std::cos(0.3), -3}};
+  Matrix expected = Matrix::Zero(5, 5);
+  expected.topLeftCorner(2, 2) = 2 * 2 * slope * slope.transpose();
+  expected(2, 2) = 2;
+  expected(4, 4) = 0.25;
+  EXPECT_LE((hessian.at(x.data()) - expected).cwiseAbs().maxCoeff(), 1e-13);  // the concave -q^2 / 100 is left out
 
-const auto again = read_control_text(control_text(*problem), "f");
-EXPECT_EQ(again->running_residuals.n_outputs(), 2);
-ConvexHessian of_written(again->running_cost, again->running_residuals);
-EXPECT_LE((of_written.at(x.data()) - expected).cwiseAbs().maxCoeff(), 1e-13);
-EXPECT_NEAR(again->running_cost.at(q, v, u)[0], problem->running_cost.at(q, v, u)[0], 1e-14);
-scene["control"]["running_squares"][0]["weight"] = "-m";
-EXPECT_NE(control_error_of(scene).find("control.running_squares[0].weight"), std::string::npos);
+  const auto again = read_control_text(control_text(*problem), "f");
+  EXPECT_EQ(again->running_residuals.n_outputs(), 2);
+  ConvexHessian of_written(again->running_cost, again->running_residuals);
+  EXPECT_LE((of_written.at(x.data()) - expected).cwiseAbs().maxCoeff(), 1e-13);
+  EXPECT_NEAR(again->running_cost.at(q, v, u)[0], problem->running_cost.at(q, v, u)[0], 1e-14);
+  scene["control"]["running_squares"][0]["weight"] = "-m";
+  EXPECT_NE(control_error_of(scene).find("control.running_squares[0].weight"), std::string::npos);
 }
 
 TEST(ControlFile, TheSceneOfAControlProblemRuns) {
