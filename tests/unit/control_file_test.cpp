@@ -229,6 +229,23 @@ TEST(ControlFile, SquaresAreAddedToTheCost) {
   EXPECT_NE(control_error_of(scene).find("control.running_squares[0].weight"), std::string::npos);
 }
 
+/// A mass in the plane goes as far as it can in the direction (3, 4) / 5, with a force of at most 1: F = (3, 4) / 5 all the
+/// time, and T^2 / 2 m far. A step along tangents of the circle leaves it by the square of its length.
+TEST(ControlFile, ACurvedBoundOfAForceIsFollowed) {
+  const auto problem = read_control_text(R"~({
+    "q0": ["0", "0"], "v0": ["0", "0"], "T": "2", "M": [["1", "0"], ["0", "1"]], "f": ["0", "0"],
+    "Bu": [["1", "0"], ["0", "1"]], "u": ["1", "0"], "contacts": [{"gap": "q[1] + 100"}],
+    "control": {"N": 4, "running_cost": "0", "terminal_cost": "-(3*q[0] + 4*q[1])/5",
+                "path": [{"value": "1 - u[0]**2 - u[1]**2"}], "bounds": {"u": [["-2", "2"], ["-2", "2"]]}}
+  })~",
+                                         "f");
+  const ControlSolution solution = shoot(*problem, {problem->guess(4)});
+  ASSERT_TRUE(solution.succeeded()) << solution.message;
+  EXPECT_NEAR(solution.trajectory.objective, -2, 1e-9);
+  EXPECT_LE((solution.trajectory.u.colwise() - Vector{{0.6, 0.8}}).cwiseAbs().maxCoeff(), 1e-4);  // the root of 1e-9
+  EXPECT_LE(solution.iterations, 40) << "without a correction of second order steps stay short";
+}
+
 TEST(ControlFile, TheSceneOfAControlProblemRuns) {
   const auto problem = read_scene_text(free_mass().dump(), "f");
   EXPECT_EQ(problem->info().n_u, 1);

@@ -21,9 +21,10 @@ constexpr double kSmallestDelta = 1e-11;
 constexpr double kMeritRounding = 1e-14;
 /// A predicted decrease of this part of the cost is rounding: steps that do not shrink any more are the last ones.
 constexpr double kNoDecrease = 1e-15, kShrinking = 0.5;
-/// nu at most, relative to 1 + the cost; it grows where a program leaves a violation above the second number, and above
-/// this part of the present one.
-constexpr double kLargestNu = 1e6, kNoSlack = 1e-7, kReduced = 0.5;
+/// nu at most, relative to 1 + the cost; violations that count as none; part of the reduction that is possible within the
+/// trust region and that a step has to bring (Byrd, Nocedal, Waltz, Steering exact penalty methods for nonlinear
+/// programming, Optim. Methods Softw. 23, 2008: both rules).
+constexpr double kLargestNu = 1e6, kNoSlack = 1e-7, kSteered = 0.1;
 /// Tolerances of the quadratic program, the second one after steps up to this size: terms of one stage are often 1e5 times
 /// as large as the gradient by a control.
 constexpr double kTolerance = 1e-9, kLastTolerance = 1e-12, kNearEnd = 1e-5;
@@ -61,8 +62,12 @@ Shooting::Shooting(const OptimalControlProblem& problem, const ButcherTableau& t
   check(options);
 }
 
+double Shooting::violation(const PlantMotion& motion) {
+  return motion.violation + motion.terminal.lpNorm<1>();
+}
+
 double Shooting::merit(const PlantMotion& motion) const {
-  return motion.cost + nu_ * (motion.violation + motion.terminal.lpNorm<1>());
+  return motion.cost + nu_ * violation(motion);
 }
 
 bool Shooting::is_out_of_time() const {
@@ -92,8 +97,9 @@ bool Shooting::begin(const Matrix& u, double T) {
   return motion_.succeeded();
 }
 
-/// Runs (2) into trial_. @param actual  decrease of (3). @return whether it is accepted
-bool Shooting::try_step(const HorizonQpSolution& step, bool has_feedback, double predicted, double& actual) {
+/// Runs (2). @param actual  decrease of (3). @return whether it is accepted
+bool Shooting::try_step(const HorizonQpSolution& step, bool has_feedback, double predicted, PlantMotion& trial,
+                        double& actual) {
   const Eigen::Index n_q = 2 * runner_.plant().n_q();
   const auto policy = [&](int k, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> u) {
     const auto i = static_cast<std::size_t>(k);
@@ -103,9 +109,9 @@ bool Shooting::try_step(const HorizonQpSolution& step, bool has_feedback, double
   };
   const double H = motion_.H + (problem_.is_time_free ? step.dx[0][n_q] : 0);
   const Vector x = motion_.x.col(0);
-  runner_.run(x.head(n_q / 2), x.tail(n_q / 2), policy, static_cast<int>(motion_.u.cols()), H, trial_);
+  runner_.run(x.head(n_q / 2), x.tail(n_q / 2), policy, static_cast<int>(motion_.u.cols()), H, trial);
   const double before = merit(motion_);
-  actual = trial_.succeeded() ? before - merit(trial_) : -std::numeric_limits<double>::infinity();
+  actual = trial.succeeded() ? before - merit(trial) : -std::numeric_limits<double>::infinity();
   return actual + kMeritRounding * (1 + std::abs(before)) >= kAccepted * predicted;
 }
 
@@ -127,12 +133,17 @@ Shooting::Outcome Shooting::iterate(ShootingIteration& report) {
   double margin = retreat_ * program_.scale().maxCoeff();
   for (int trial = 0; trial < kMaxTrials; ++trial) {
     if (is_out_of_time()) return Outcome::out_of_time;
-    const HorizonQpSolution* step =
-        &program_.solve(Delta_, nu_, margin, last_size_ > kNearEnd ? kTolerance : kLastTolerance);
-    if (step->is_solved() && nu_ < largest_nu && program_.slack(*step) > kNoSlack &&
-        program_.slack(*step) > kReduced * program_.slack()) {
-      nu_ = std::min(10 * nu_, largest_nu);
-      continue;
+    const double tolerance = last_size_ > kNearEnd ? kTolerance : kLastTolerance;
+    const HorizonQpSolution* step = &program_.solve(Delta_, nu_, margin, tolerance);
+    if (step->is_solved() && nu_ < largest_nu && program_.slack(*step) > kNoSlack) {
+      const double slack = program_.slack(*step),
+                   least = program_.slack(program_.solve(Delta_, largest_nu, margin, tolerance));
+      const double enough = least <= kNoSlack ? kNoSlack : program_.slack() - kSteered * (program_.slack() - least);
+      if (slack > enough && slack > least + kNoSlack) {
+        nu_ = std::min(10 * nu_, largest_nu);
+        continue;
+      }
+      step = &program_.solve(Delta_, nu_, margin, tolerance);
     }
     if (step->status == QpStatus::non_finite) {
       message_ = "a derivative of the motion is not finite";
@@ -149,10 +160,21 @@ Shooting::Outcome Shooting::iterate(ShootingIteration& report) {
       return Outcome::stalled;
     }
     double actual = 0;
-    bool is_accepted = try_step(*step, true, predicted, actual);
+    bool is_accepted = try_step(*step, true, predicted, trial_, actual);
     bool left = !trial_.succeeded() || !has_same_sequence(motion_, trial_);
-    if (!is_accepted) {
-      is_accepted = try_step(*step, false, predicted, actual);
+    // A step along tangents of curved constraints violates them by its square, and would have to stay short.
+    if (trial_.succeeded() && (!left || program_.has_guards()) && actual < kGood * predicted &&
+        violation(trial_) > program_.slack(*step) + kMeritRounding) {
+      double corrected = 0;
+      step = &program_.correct(motion_, trial_, margin, tolerance);
+      if (step->is_solved() && try_step(*step, true, predicted, corrected_, corrected) && corrected > actual) {
+        std::swap(trial_, corrected_);
+        actual = corrected;
+        is_accepted = true;
+        left = !has_same_sequence(motion_, trial_);
+      }
+    } else if (!is_accepted) {
+      is_accepted = try_step(*step, false, predicted, trial_, actual);
       left = left || !trial_.succeeded() || !has_same_sequence(motion_, trial_);
     }
     if (is_accepted) {
@@ -185,8 +207,7 @@ Shooting::Outcome Shooting::iterate(ShootingIteration& report) {
 
 void Shooting::iterate_until_done(int max_iterations, const Progress& progress) {
   for (int k = 0; k < max_iterations; ++k) {
-    ShootingIteration report{
-        .number = iterations_ + 1, .cost = motion_.cost, .violation = motion_.violation + motion_.terminal.lpNorm<1>()};
+    ShootingIteration report{.number = iterations_ + 1, .cost = motion_.cost, .violation = violation(motion_)};
     const Outcome outcome = iterate(report);
     ++iterations_;
     report.Delta = Delta_;

@@ -47,7 +47,8 @@ struct ShootingIteration {
 ///
 ///   phi = J + nu (sum of the violations of all stages + |r|_1)                                               (3)
 ///
-/// falls by a hundredth of what the program predicts; otherwise the trust region shrinks. A refused step that left the
+/// falls by a hundredth of what the program predicts; otherwise the trust region shrinks. Where curved constraints spoil
+/// a step, it is corrected to second order. A refused step that left the
 /// sequence is tried again with the guards of that sequence (guards.h) as constraints. nu grows tenfold while the
 /// program leaves a violation that a larger one would remove.
 ///
@@ -79,7 +80,8 @@ class Shooting {
   void finish(const Progress& progress);
   bool descend(const Certificate& certificate);
   bool retreat(const Progress& progress);
-  bool try_step(const HorizonQpSolution& step, bool has_feedback, double predicted, double& actual);
+  bool try_step(const HorizonQpSolution& step, bool has_feedback, double predicted, PlantMotion& trial, double& actual);
+  static double violation(const PlantMotion& motion);
   double merit(const PlantMotion& motion) const;
   bool is_out_of_time() const;
   ControlSolution result() const;
@@ -91,7 +93,7 @@ class Shooting {
   ShootingProgram program_;
 
   double start_ = 0;  // [s] of the clock
-  PlantMotion motion_, trial_;
+  PlantMotion motion_, trial_, corrected_;
   double nu_ = 1, Delta_ = 1;
   bool is_linearised_ = false;
   // Of the last iteration.

@@ -72,12 +72,15 @@ void ShootingProgram::add_stage(const Element& e, const Sensitivity::ElementDeri
   runner_.constraints().jacobian(point_, J_);
   const Eigen::Index before = all.d.size();
   Eigen::Index used = before;
+  const int first = n_seen_;
+  n_seen_ += static_cast<int>(c_.size());
   all.C.conservativeResize(before + c_.size(), n_x_ + n_u_);
   all.d.conservativeResize(before + c_.size());
   for (Eigen::Index i = 0; i < c_.size(); ++i) {
     all.C.row(used).noalias() = J_.row(i) * D_;
     if (all.C.row(used).lpNorm<Eigen::Infinity>() <= kConstant) continue;
     all.d[used++] = c_[i];
+    all.origin.push_back(first + static_cast<int>(i));
   }
   all.C.conservativeResize(used, Eigen::NoChange);
   all.d.conservativeResize(used);
@@ -116,6 +119,8 @@ void ShootingProgram::set(const PlantMotion& motion, const MotionLineariser& lin
     Rows& rows = rows_[k];
     rows.C.resize(0, n_x_ + n_u_);
     rows.d.resize(0);
+    rows.origin.clear();
+    n_seen_ = 0;
     point_.tail(n_u_) = motion.u.col(static_cast<Eigen::Index>(k));
     const FesdStep& step = motion.steps[k];
     for (int n = 0; n < step.n_elements; ++n) {
@@ -124,6 +129,7 @@ void ShootingProgram::set(const PlantMotion& motion, const MotionLineariser& lin
     }
     slack_at_0_ += (-rows.d).cwiseMax(0).sum();
     rows.n_constraints = rows.d.size();
+    rows.correction.setZero(rows.d.size());
     rows.is_used.resize(static_cast<std::size_t>(rows.d.size()));
     for (Eigen::Index i = 0; i < rows.d.size(); ++i) rows.is_used[static_cast<std::size_t>(i)] = rows.d[i] <= kNear;
   }
@@ -173,6 +179,7 @@ void ShootingProgram::add_guards(const PlantMotion& motion, const MotionLinearis
     }
     rows.C.conservativeResize(row, Eigen::NoChange);
     rows.d.conservativeResize(row);
+    rows.correction.setZero(row);
   }
 }
 
@@ -207,7 +214,7 @@ void ShootingProgram::use_rows(double margin) {
     for (Eigen::Index i = 0; i < rows.d.size(); ++i) {
       if (!rows.is_used[static_cast<std::size_t>(i)]) continue;
       stage.C.row(used) = rows.C.row(i);
-      stage.d[used] = rows.d[i] - (i < rows.n_constraints ? 0 : margin);
+      stage.d[used] = rows.d[i] + rows.correction[i] - (i < rows.n_constraints ? 0 : margin);
       stage.weight[used++] = i < rows.n_constraints ? nu_ : guard_weight_;
     }
   }
@@ -220,7 +227,7 @@ bool ShootingProgram::add_violated(const HorizonQpSolution& solution, double mar
     Rows& rows = rows_[k];
     z << solution.dx[k], solution.du[k];
     value.noalias() = rows.C * z;
-    value += rows.d;
+    value += rows.d + rows.correction;
     value.tail(value.size() - rows.n_constraints).array() -= margin;
     for (Eigen::Index i = 0; i < value.size(); ++i) {
       char& is_used = rows.is_used[static_cast<std::size_t>(i)];
@@ -234,10 +241,58 @@ bool ShootingProgram::add_violated(const HorizonQpSolution& solution, double mar
 
 const HorizonQpSolution& ShootingProgram::solve(double Delta, double nu, double margin, double tolerance) {
   set_bounds(Delta, nu);
+  return solve(margin, tolerance);
+}
+
+const HorizonQpSolution& ShootingProgram::solve(double margin, double tolerance) {
   for (;;) {
     use_rows(margin);
     const HorizonQpSolution& solution = solver_.solve(qp_, {.tolerance = tolerance, .gains_without_bounds = true});
     if (!solution.is_solved() || !add_violated(solution, margin)) return solution;
+  }
+}
+
+const HorizonQpSolution& ShootingProgram::correct(const PlantMotion& motion, const PlantMotion& trial, double margin,
+                                                  double tolerance) {
+  Vector z = Vector::Zero(n_x_ + n_u_), next = Vector::Zero(n_x_), values;
+  if (is_time_free_) z[2 * n_q_] = next[2 * n_q_] = trial.H - motion.H;
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const auto column = static_cast<Eigen::Index>(k);
+    HorizonStage& stage = qp_.stages[k];
+    z.head(2 * n_q_) = trial.x.col(column) - motion.x.col(column);
+    z.tail(n_u_) = trial.u.col(column) - motion.u.col(column);
+    next.head(2 * n_q_) = trial.x.col(column + 1) - motion.x.col(column + 1);
+    stage.c = next - stage.A * z.head(n_x_) - stage.B * z.tail(n_u_);
+    if (trial.steps[k].n_elements != motion.steps[k].n_elements) continue;  // its stages are others
+    constraints_of(trial, static_cast<int>(k), values);
+    Rows& rows = rows_[k];
+    for (Eigen::Index i = 0; i < rows.n_constraints; ++i)
+      rows.correction[i] = values[rows.origin[static_cast<std::size_t>(i)]] - rows.d[i] - rows.C.row(i).dot(z);
+  }
+  const Vector r = qp_.end.r;
+  qp_.end.r = trial.terminal - qp_.end.E * next;
+  const HorizonQpSolution& solution = solve(margin, tolerance);
+  qp_.end.r = r;
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    qp_.stages[k].c.setZero();
+    rows_[k].correction.setZero();
+  }
+  return solution;
+}
+
+/// All constraints of all stages of an interval, in the order of add_stage().
+void ShootingProgram::constraints_of(const PlantMotion& motion, int k, Vector& values) {
+  const FesdStep& step = motion.steps[static_cast<std::size_t>(k)];
+  const int n_s = runner_.tableau().n_s, size = runner_.constraints().size();
+  values.resize(step.n_elements * n_s * size);
+  point_.tail(n_u_) = motion.u.col(k);
+  for (int n = 0; n < step.n_elements; ++n) {
+    for (int j = 0; j < n_s && size > 0; ++j) {
+      point_.head(n_q_) = step.elements[n].q.col(j);
+      point_.segment(n_q_, n_q_) = step.elements[n].v.col(j);
+      runner_.constraints().values(point_, c_);
+      values.segment((n * n_s + j) * size, size) = c_;
+    }
   }
 }
 

@@ -37,6 +37,13 @@ class ShootingProgram {
   /// @param tolerance  of HorizonQpOptions
   const HorizonQpSolution& solve(double Delta, double nu, double margin, double tolerance);
 
+  /// Solves it once more, after solve(), with what the linearisation misses at a step: dynamics, constraints and r get the
+  /// differences between their values in the motion `trial` and those that their slopes predict there. Such a step stays on
+  /// curved constraints, which a step along their tangents violates by its square (Fletcher 1987, section 14.4).
+  /// @param motion  of set(); @param trial  after a step, with the same sequence. @return valid until the next call
+  const HorizonQpSolution& correct(const PlantMotion& motion, const PlantMotion& trial, double margin,
+                                   double tolerance);
+
   /// What the cost of (1) with nu times the violation falls by, according to the solution.
   double predicted_decrease(const HorizonQpSolution& solution) const;
   /// Slacks of (2) in the solution, and at z = 0.
@@ -71,7 +78,8 @@ class ShootingProgram {
   /// All rows of (2), then of (3), of one stage.
   struct Rows {
     Matrix C;
-    Vector d;
+    Vector d, correction;            // of correct(), else zero
+    std::vector<int> origin;         // numbers of the rows of (2) among all constraints of all stages
     Eigen::Index n_constraints = 0;  // of (2)
     std::vector<char> is_used;       // in qp_
   };
@@ -83,6 +91,8 @@ class ShootingProgram {
   };
   Slacks sums(const HorizonQpSolution& solution) const;
   void set_bounds(double Delta, double nu);
+  const HorizonQpSolution& solve(double margin, double tolerance);
+  void constraints_of(const PlantMotion& motion, int k, Vector& values);
   void use_rows(double margin);
   bool add_violated(const HorizonQpSolution& solution, double margin);
   Vector by_z(const Eigen::RowVectorXd& by_theta) const;
@@ -99,6 +109,7 @@ class ShootingProgram {
   HorizonQp qp_;  // its rows are the used ones
   HorizonQpSolver solver_;
   std::vector<Rows> rows_;
+  int n_seen_ = 0;  // constraints of the interval at hand so far
   Matrix u_;
   double H_ = 0;
   double slack_at_0_ = 0, nu_ = 0, guard_weight_ = 0;
