@@ -9,9 +9,6 @@
 #include "bench/control/control_guess.h"
 #include "bench/control/replay.h"
 #include "bench/studies/control/control_views.h"
-#include "methods/complementarity/mpcc/homotopy.h"
-#include "methods/control/shooting/shooting.h"
-#include "methods/runge_kutta/tableau_argument.h"
 #include "problems/control/controls_csv.h"
 #include "problems/input_error.h"
 #include "reports/render/gnuplot.h"
@@ -96,45 +93,23 @@ void draw(const OptimalControlProblem& problem, const ControlTrajectory& traject
   fmt::print("animation  {}/{}\n", folder, draw_scene(figures, problem, run, problem.id + "_scene").file);
 }
 
-/// What both methods print of a solution. @return the exit code
-int show(const ControlArguments& options, const OptimalControlProblem& problem, const ControlTrajectory& trajectory,
-         const std::string& discretisation) {
-  fmt::print("objective  {:.10g}\n", trajectory.objective);
-  if (problem.is_time_free) fmt::print("T          {:.10g} s\n", trajectory.T);
-  print_impulses(problem, trajectory);
-  if (!options.csv.empty()) {
-    write_text("controls", options.csv,
-               controls_csv(trajectory.u, trajectory.T / static_cast<double>(trajectory.u.cols())));
-    fmt::print("controls   {}\n", options.csv);
-  }
-  if (!options.plot.empty()) draw(problem, trajectory, discretisation, options.plot);
-  if (!options.no_replay) fmt::print("\n{}", replay_table(problem, trajectory).text());
-  return 0;
-}
-
 void print_iteration(const ShootingIteration& at) {
   fmt::print("  {:9}  {:14.9g}  {:8.1e}  {:8.1e}  {:8.1e}  {:7.3f}{}{}\n", at.number, at.cost, at.violation, at.step,
              at.Delta, at.seconds, at.guarded ? "  guards" : "", at.same_sequence ? "" : "  other sequence");
   std::fflush(stdout);
 }
 
-int solve_by_shooting(const ControlArguments& options, const OptimalControlProblem& problem) {
-  Shooting shooting(problem, tableau_argument(problem.tableau), options.control.shooting);
-  const auto [guesses, notes] = guessed_controls(options.control, problem);
-  for (const auto& note : notes) fmt::print("{}\n", note);
-  const std::string discretisation = options.control.describe(problem);
-  fmt::print("problem    {}: {}\n", problem.id, problem.title);
-  fmt::print("shooting   {}\n  {:>9}  {:>14}  {:>8}  {:>8}  {:>8}  {:>7}\n", discretisation, "iteration", "cost",
-             "violated", "step", "region", "s");
-  const ControlSolution solution = shooting.solve(guesses, problem.plant->info().end_time, print_iteration);
-  fmt::print("status     {}{}\n", to_string(solution.status), solution.message.empty() ? "" : ": " + solution.message);
-  fmt::print("solved in  {:.3f} s, {} iterations, {} rollouts, {:.0f} % in derivatives\n", solution.seconds,
-             solution.iterations, solution.rollouts,
-             solution.seconds > 0 ? 100 * solution.derivative_seconds / solution.seconds : 0.0);
-  if (!solution.violated.empty()) fmt::print("violated   {:.1e}, {}\n", solution.violation, solution.violated);
-  if (!solution.stationarity.empty()) fmt::print("stationary {}\n", solution.stationarity);
-  if (!solution.succeeded()) return 1;
-  return show(options, problem, solution.trajectory, discretisation);
+void print_head(const ControlOptions& options, const PreparedMethod& method, const std::string& discretisation) {
+  if (!method.transcription) {
+    fmt::print("shooting   {}\n  {:>9}  {:>14}  {:>8}  {:>8}  {:>8}  {:>7}\n", discretisation, "iteration", "cost",
+               "violated", "step", "region", "s");
+    return;
+  }
+  const Mpcc& mpcc = method.transcription->mpcc();
+  fmt::print("program    {}: {} variables, {} rows, {} complementarity pairs\n", discretisation, mpcc.nlp.n_variables(),
+             mpcc.nlp.n_rows(), mpcc.pairs.size());
+  fmt::print("homotopy   {}\n  {:>8}  {:>10}  {:>12}  {:>8}  {:>8}  {:>7}  derivatives\n", options.homotopy.relaxation,
+             "sigma", "iterations", "objective", "G _|_ H", "violated", "s");
 }
 
 int solve_control_problem(const ControlArguments& options) {
@@ -143,29 +118,32 @@ int solve_control_problem(const ControlArguments& options) {
     throw InputError("--plot", options.plot, "gnuplot is needed for figures and was not found");
   if (!options.plot.empty()) require_writable_folder("--plot", options.plot);
   if (!options.csv.empty()) require_writable("controls", options.csv);
-  if (options.control.is_shooting()) return solve_by_shooting(options, *problem);
-  const HomotopyOptions homotopy = options.control.homotopy_options();
-  const Homotopy solver(homotopy);
-  const auto [transcription, notes] = guessed_transcription(options.control, *problem);
-  for (const auto& note : notes) fmt::print("{}\n", note);
-
-  const Mpcc& mpcc = transcription->mpcc();
+  const PreparedMethod method = prepared_method(options.control, *problem, {print_step, print_iteration});
+  for (const auto& note : method.notes) fmt::print("{}\n", note);
   const std::string discretisation = options.control.describe(*problem);
   fmt::print("problem    {}: {}\n", problem->id, problem->title);
-  fmt::print("program    {}: {} variables, {} rows, {} complementarity pairs\n", discretisation, mpcc.nlp.n_variables(),
-             mpcc.nlp.n_rows(), mpcc.pairs.size());
-  fmt::print("homotopy   {}\n  {:>8}  {:>10}  {:>12}  {:>8}  {:>8}  {:>7}  derivatives\n", homotopy.relaxation, "sigma",
-             "iterations", "objective", "G _|_ H", "violated", "s");
-  const MpccSolution solution = solver.solve(mpcc, print_step);
+  print_head(options.control, method, discretisation);
+  const ControlSolution solution = method.solver->solve();
   fmt::print("status     {}{}\n", to_string(solution.status), solution.message.empty() ? "" : ": " + solution.message);
-  fmt::print("solved in  {:.2f} s, {} iterations, {:.0f} % in derivatives\n", solution.seconds, solution.iterations,
+  fmt::print("solved in  {:.3f} s, {} iterations{}, {:.0f} % in derivatives\n", solution.seconds, solution.iterations,
+             solution.rollouts > 0 ? fmt::format(", {} rollouts", solution.rollouts) : "",
              solution.seconds > 0 ? 100 * solution.derivative_seconds / solution.seconds : 0.0);
-  fmt::print("complement max min(G, H) = {:.1e}, worst violation {:.1e}, {}\n", solution.complementarity,
-             solution.violation.value, solution.violation.name);
+  if (method.transcription) fmt::print("complement max min(G, H) = {:.1e}\n", solution.complementarity);
+  if (!solution.violated.empty()) fmt::print("violated   {:.1e}, {}\n", solution.violation, solution.violated);
+  if (!solution.stationarity.empty()) fmt::print("stationary {}\n", solution.stationarity);
   if (!solution.succeeded()) return 1;
-  const ControlSolution of_problem = transcription->solution(solution);
-  fmt::print("stationary {}\n", of_problem.stationarity);
-  return show(options, *problem, of_problem.trajectory, discretisation);
+  const ControlTrajectory& trajectory = solution.trajectory;
+  fmt::print("objective  {:.10g}\n", trajectory.objective);
+  if (problem->is_time_free) fmt::print("T          {:.10g} s\n", trajectory.T);
+  print_impulses(*problem, trajectory);
+  if (!options.csv.empty()) {
+    write_text("controls", options.csv,
+               controls_csv(trajectory.u, trajectory.T / static_cast<double>(trajectory.u.cols())));
+    fmt::print("controls   {}\n", options.csv);
+  }
+  if (!options.plot.empty()) draw(*problem, trajectory, discretisation, options.plot);
+  if (!options.no_replay) fmt::print("\n{}", replay_table(*problem, trajectory).text());
+  return 0;
 }
 
 }  // namespace
@@ -184,6 +162,7 @@ void add_control_command(CLI::App& app, int& exit_code) {
       "Examples:\n"
       "  ricochet control two_carts --simulate --sigma-0 0.01\n"
       "  ricochet control three_boxes --method shooting --explore 12 --seed 5\n"
+      "  ricochet control push_box_goal -N 40 --method shooting --explore 12 --refine 2\n"
       "  ricochet control examples/control/catch_ball.json --method shooting\n"
       "  ricochet control two_carts --discretisation time_stepping --steps 6 --plot out/two_carts");
   command->callback([&exit_code] { exit_code = solve_control_problem(o); });

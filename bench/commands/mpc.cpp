@@ -27,23 +27,25 @@ int control_in_closed_loop(const MpcArguments& options) {
   if (updates >= N) throw InputError("--updates", updates, fmt::format("a number from 1 to {} is required", N - 1));
   if (!(options.disturbance >= 0) || !std::isfinite(options.disturbance))
     throw InputError("--disturbance", options.disturbance, "a finite number >= 0 is required");
-  const auto [transcription, notes] = guessed_transcription(options.control, *problem);
-  for (const auto& note : notes) fmt::print("{}\n", note);
-  ShrinkingHorizon horizon(*problem, *transcription, options.control.homotopy_options());
+  if (!(options.control.update_limit >= 0) || !std::isfinite(options.control.update_limit))
+    throw InputError("--update-limit", options.control.update_limit, "a finite number >= 0 is required");
+  const PreparedMethod method = prepared_method(options.control, *problem);
+  for (const auto& note : method.notes) fmt::print("{}\n", note);
+  ShrinkingHorizon horizon(*problem, *method.solver);
   fmt::print("problem    {}: {}\nprogram    {}: {} variables, {} complementarity pairs\n", problem->id, problem->title,
-             options.control.describe(*problem), transcription->mpcc().nlp.n_variables(),
-             transcription->mpcc().pairs.size());
-  const MpccSolution first = horizon.solve();
+             options.control.describe(*problem), method.solver->n_variables(), method.solver->n_pairs());
+  const ControlSolution first = horizon.solve();
   fmt::print("first      {}{}, {:.2f} s, {} iterations, cost {:.8g}\n", to_string(first.status),
              first.message.empty() ? "" : ": " + first.message, first.seconds, first.iterations,
              horizon.plan().objective);
-  if (!first.succeeded()) return 1;
+  if (!first.has_plan()) return 1;
 
   fmt::print("\n  {:>8}  {:>8}  {:>8}  {:>10}  {:>12}  {:>12}  {:>8}  {}\n", "t [s]", "by", "s", "iterations",
              "cost before", "and to go", "violated", "status");
+  const bool is_shooting = options.control.is_shooting();
   std::mt19937 random(options.control.exploration.seed);
   std::vector<double> seconds;
-  int kept = 0, failed = 0;
+  int kept = 0, without_plan = 0;
   while (horizon.interval() < N) {
     const Status status = horizon.advance();
     if (status != Status::success) {
@@ -52,23 +54,26 @@ int control_in_closed_loop(const MpcArguments& options) {
     }
     if (horizon.interval() > updates || horizon.interval() == N) continue;
     if (options.disturbance > 0) horizon.disturb(options.disturbance, random);
-    const MpccSolution again = horizon.resolve();
+    const ControlSolution again = horizon.resolve();
     fmt::print("  {:8.4f}  {:>8}  {:8.3f}  {:10}  {:12.8g}  {:12.8g}  {:8.1e}  {}{}\n",
-               horizon.interval() * horizon.plan().T / N, again.kept_branch ? "branch" : "homotopy", again.seconds,
-               again.iterations, horizon.cost_so_far(), horizon.cost_to_go(), again.violation.value,
+               horizon.interval() * horizon.plan().T / N,
+               is_shooting         ? "shooting"
+               : again.kept_branch ? "branch"
+                                   : "homotopy",
+               again.seconds, again.iterations, horizon.cost_so_far(), horizon.cost_to_go(), again.violation,
                to_string(again.status), again.message.empty() ? "" : ": " + again.message);
     std::fflush(stdout);
     seconds.push_back(again.seconds);
-    kept += again.kept_branch;
-    failed += !again.succeeded();
+    kept += is_shooting ? again.succeeded() : again.kept_branch;
+    without_plan += !again.has_plan();
   }
   fmt::print("\nplant      cost {:.8g} at T, {:.8g} in the first plan\n",
-             horizon.cost_so_far() + horizon.terminal_cost(), first.objective);
-  fmt::print(
-      "re-solves  {} of {} keep the branch, {} are not solved; median {:.3f} s, longest {:.3f} s, first solve {:.2f} "
-      "s\n",
-      kept, seconds.size(), failed, median(seconds), std::ranges::max(seconds), first.seconds);
-  return failed == 0 ? 0 : 1;
+             horizon.cost_so_far() + horizon.terminal_cost(), first.trajectory.objective);
+  fmt::print("re-solves  {} of {} {}, {} {}; median {:.3g} s, longest {:.3g} s, first solve {:.2f} s\n", kept,
+             seconds.size(), is_shooting ? "are stationary" : "keep the branch", without_plan,
+             is_shooting ? "have no plan" : "are not solved", median(seconds), std::ranges::max(seconds),
+             first.seconds);
+  return without_plan == 0 ? 0 : 1;
 }
 
 }  // namespace
@@ -90,12 +95,17 @@ void add_mpc_command(CLI::App& app, int& exit_code) {
   command
       ->add_option("--sigma-warm", o.control.homotopy.sigma_warm,
                    "first relaxation parameter if the branch of the plan has no solution")
-      ->capture_default_str();
+      ->capture_default_str()
+      ->group(ControlOptions::kOfHomotopy);
   command
-      ->add_option("--update-limit", o.control.homotopy.warm_time_limit,
-                   "limit of the wall time of an update [s], after which the previous plan stays in force; 0 for none")
+      ->add_option("--update-limit", o.control.update_limit,
+                   "limit of the wall time of an update [s]; 0 for none. After it the previous plan stays in force, or "
+                   "with shooting the last iterate is the plan")
       ->capture_default_str();
-  command->footer("Example:\n  ricochet mpc two_carts --simulate --sigma-0 0.01 --updates 3 --disturbance 0.001");
+  command->footer(
+      "Examples:\n"
+      "  ricochet mpc two_carts --simulate --sigma-0 0.01 --updates 3 --disturbance 0.001\n"
+      "  ricochet mpc two_carts --method shooting --explore 12 --disturbance 0.03 --update-limit 0.005");
   command->callback([&exit_code] { exit_code = control_in_closed_loop(o); });
 }
 

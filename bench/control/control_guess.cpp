@@ -62,11 +62,34 @@ GuessedTranscription guessed_transcription(const ControlOptions& options, const 
   return made;
 }
 
-GuessedControls guessed_controls(const ControlOptions& options, const OptimalControlProblem& problem) {
+GuessedControls guessed_controls(const ControlOptions& options) {
+  const auto problem = options.make_coarse_problem();
   GuessedControls guess;
-  if (options.exploration.rounds > 0) guess.u = explored_controls(options.exploration, problem, guess.notes).starts;
-  if (guess.u.empty()) guess.u.push_back(problem.guess(problem.n_intervals));
+  if (options.exploration.rounds > 0) guess.u = explored_controls(options.exploration, *problem, guess.notes).starts;
+  if (guess.u.empty()) guess.u.push_back(problem->guess(problem->n_intervals));
   return guess;
+}
+
+PreparedMethod prepared_method(const ControlOptions& options, const OptimalControlProblem& problem,
+                               const ControlProgress& progress) {
+  PreparedMethod made;
+  if (options.is_shooting()) {
+    const ButcherTableau tableau = tableau_argument(problem.tableau);
+    Shooting(problem, tableau, options.shooting);  // rejects them before a search of seconds
+    GuessedControls guess = guessed_controls(options);
+    made.notes = std::move(guess.notes);
+    made.solver = std::make_unique<ShootingControlSolver>(
+        problem, tableau, options.shooting,
+        ShootingControlSolver::Start{std::move(guess.u), options.refine, options.update_limit}, progress.shooting);
+    return made;
+  }
+  const HomotopyOptions homotopy = options.homotopy_options();
+  Homotopy{homotopy};  // likewise
+  GuessedTranscription guess = guessed_transcription(options, problem);
+  made.transcription = std::move(guess.transcription);
+  made.notes = std::move(guess.notes);
+  made.solver = std::make_unique<HomotopyControlSolver>(*made.transcription, homotopy, progress.homotopy);
+  return made;
 }
 
 }  // namespace ricochet

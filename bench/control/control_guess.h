@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "bench/control/control_options.h"
+#include "methods/control/control_solver.h"
 
 namespace ricochet {
 
@@ -22,9 +23,27 @@ GuessedTranscription guessed_transcription(const ControlOptions& options, const 
 
 /// First guesses of the controls for shooting: the best of a random search, or the control of the problem.
 struct GuessedControls {
-  std::vector<Matrix> u;           ///< n_u x N each, the best first
+  std::vector<Matrix> u;           ///< n_u x N / 2^refine each, the best first
   std::vector<std::string> notes;  ///< as above
 };
-GuessedControls guessed_controls(const ControlOptions& options, const OptimalControlProblem& problem);
+GuessedControls guessed_controls(const ControlOptions& options);
+
+/// The method that the options select, with its first guess, for a problem.
+struct PreparedMethod {
+  std::unique_ptr<Transcription> transcription;  ///< null for shooting
+  std::unique_ptr<ControlSolver> solver;         ///< refers to the transcription
+  std::vector<std::string> notes;                ///< as above
+};
+
+/// What is called after every step or iteration of a solve.
+struct ControlProgress {
+  MpccSolver::Progress homotopy = {};
+  Shooting::Progress shooting = {};
+};
+
+/// Makes the first guess, which may take seconds.
+/// @param problem  by options.make_problem(), outlives the method  @throws InputError
+PreparedMethod prepared_method(const ControlOptions& options, const OptimalControlProblem& problem,
+                               const ControlProgress& progress = {});
 
 }  // namespace ricochet

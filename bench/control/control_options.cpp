@@ -41,7 +41,6 @@ FesdEquations::Options equation_options(const ControlOptions& options, const Opt
 }  // namespace
 
 void ControlOptions::add(CLI::App& command) {
-  const char *of_homotopy = "Options of --method homotopy", *of_shooting = "Options of --method shooting";
   command
       .add_option(
           "problem", problem,
@@ -58,62 +57,62 @@ void ControlOptions::add(CLI::App& command) {
   command.add_option("--discretisation", discretisation, "discretisation: fesd, time_freezing or time_stepping")
       ->check(CLI::IsMember({"fesd", "time_freezing", "time_stepping"}))
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_option("--steps", steps, "steps per interval (--discretisation time_stepping)")
       ->check(positive_number())
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_option("--a-n", freezing.a_n, "gap acceleration of a push [m/s^2] (--discretisation time_freezing)")
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command
       .add_option("--bounce", freezing.bounce,
                   "pseudo time of a bounce in control intervals (--discretisation time_freezing)")
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_option("--elements", elements, "number of finite elements per interval")->check(positive_number());
   command.add_option("--tableau", tableau, "Runge-Kutta tableau, FAMILY:STAGES or @FILE");
   command.add_option("--cross", cross, "form of the cross complementarity: sparse, per_stage or aggregated")
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_option("--impulses", impulses, "form of the impulses: position_velocity or slack")
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_option("--cone", cone, "friction cone: exact, squared or polyhedral")
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_option("--equilibration", equilibration, "step equilibration: objective, exact, tanh or none")
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_option("--rho", equations.rho, "weight of --equilibration objective")
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command
       .add_flag("!--capture", equations.no_capture,
                 "let a closed element absorb a bounce, as the published equations do")
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_flag("--project", equations.projects, "project end velocities of curved contacts without friction")
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_option("--eps-c", equations.eps_c, "fraction of a step over which open gaps must stay open; 0 for none")
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_option("--relaxation", homotopy.relaxation, "relaxation of the complementarity pairs")
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_option("--sigma-0", homotopy.sigma_0, "first relaxation parameter")
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_option("--sigma-final", homotopy.sigma_final, "last relaxation parameter before the crossover")
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_option("--factor", homotopy.factor, "factor from one relaxation parameter to the next")
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_flag("--superlinear", superlinear, "use sigma to the power 1.5 if it is less than factor * sigma")
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_option("--linear-solver", linear_solver, "solver of Ipopt's linear systems: mumps or ldl")
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command
       .add_option("--max-iterations", homotopy.max_iterations,
                   "limit of iterations: of a homotopy step, or of shooting (default there: 300)")
@@ -123,20 +122,20 @@ void ControlOptions::add(CLI::App& command) {
                   "number of branches that the crossover tries after the first")
       ->check(non_negative_number())
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command.add_option("--time-limit", homotopy.time_limit, "limit of the wall time [s]; 0 for none")
       ->capture_default_str()
       ->check(non_negative_number());
   command
       .add_flag("--simulate", simulate,
                 "initial guess: the motion under the guessed control (default: a constant state)")
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command
       .add_option(
           "--from-time-stepping", from_time_stepping,
           "initial guess: the motion under controls found by time stepping with this number of steps per interval")
       ->check(positive_number())
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command
       .add_option("--explore", exploration.rounds,
                   "initial guess: the best motion of a random search over the controls with this number of rounds")
@@ -148,16 +147,21 @@ void ControlOptions::add(CLI::App& command) {
       ->check(CLI::Number);
   command.add_option("--noise", noise, "largest random change of the guessed positions")
       ->capture_default_str()
-      ->group(of_homotopy);
+      ->group(kOfHomotopy);
   command
       .add_option("--starts", exploration.starts,
                   "number of the best controls of --explore that are tried for a few iterations; the best goes on")
-      ->group(of_shooting);
+      ->group(kOfShooting);
+  command
+      .add_option("--refine", refine,
+                  "solve on 2^K times fewer intervals first, then K times split each in two; --explore is on the fewest")
+      ->type_name("K")
+      ->group(kOfShooting);
   command.add_option("--seed", exploration.seed, "seed of --explore and --noise")
       ->check(non_negative_number())
       ->capture_default_str();
-  command.parse_complete_callback([this, &command, of_homotopy, of_shooting] {
-    const std::string other = is_shooting() ? of_homotopy : of_shooting;
+  command.parse_complete_callback([this, &command] {
+    const std::string other = is_shooting() ? kOfHomotopy : kOfShooting;
     const bool is_other_discretisation = is_shooting() && discretisation != "fesd";
     if (is_other_discretisation)
       throw InputError("--discretisation", discretisation, "fesd is required, the only one of --method shooting");
@@ -171,6 +175,9 @@ void ControlOptions::add(CLI::App& command) {
         throw InputError(name, fmt::format("{}", fmt::join(command.get_option(name)->results(), " ")),
                          "--explore is required, the search that it belongs to");
     }
+    if (command.get_option("--knots")->count() > 0 && exploration.knots < 2)
+      throw InputError("--knots", exploration.knots,
+                       "a number from 2 to the number of control intervals that --explore searches on is required");
     if (is_shooting() && command.get_option("--max-iterations")->count() > 0)
       shooting.max_iterations = homotopy.max_iterations;
     shooting.time_limit = homotopy.time_limit;
@@ -194,7 +201,19 @@ std::unique_ptr<OptimalControlProblem> ControlOptions::make_problem() const {
   if (intervals > 0) made->n_intervals = intervals;
   if (elements > 0) made->n_fe = elements;
   if (!tableau.empty()) made->tableau = tableau;
-  check(exploration, made->n_intervals);
+  int most = 0;
+  while (made->n_intervals % (2 << most) == 0) ++most;
+  if (refine < 0 || refine > most)
+    throw InputError("--refine", refine,
+                     fmt::format("a number from 0 to {} is required: {} intervals can be halved so many times", most,
+                                 made->n_intervals));
+  check(exploration, made->n_intervals >> refine);
+  return made;
+}
+
+std::unique_ptr<OptimalControlProblem> ControlOptions::make_coarse_problem() const {
+  auto made = make_problem();
+  made->n_intervals >>= refine;
   return made;
 }
 
@@ -219,8 +238,9 @@ std::unique_ptr<Transcription> ControlOptions::make_transcription(const OptimalC
 }
 
 HomotopyOptions ControlOptions::homotopy_options() const {
-  if (is_shooting()) throw InputError("--method", method, "homotopy is required here; `ricochet control` has shooting");
+  if (is_shooting()) throw InputError("--method", method, "homotopy is required here");
   HomotopyOptions result = homotopy;
+  result.warm_time_limit = update_limit;
   result.linear_solver = choose("--linear-solver", linear_solver, linear_solver_names());
   if (superlinear) result.update = SigmaUpdate::superlinear;
   return result;

@@ -48,8 +48,13 @@ struct ControlOptions {
   ExplorationOptions exploration{.rounds = 0};
   double noise = 0;
   ShootingOptions shooting;
+  int refine = 0;                                    ///< levels of shooting from coarse to fine
+  double update_limit = 0;                           ///< of the wall time of a second solve [s]; 0: none
 
-  /// Adds the options to `command`. An option of the other method is an InputError.
+  /// Groups of options that one method has only.
+  static constexpr const char *kOfHomotopy = "Options of --method homotopy", *kOfShooting = "Options of --method shooting";
+
+  /// Adds the options to `command`. An option of the other method is an InputError, also one that `command` has itself.
   void add(CLI::App& command);
   /// The options of a command line, "two_carts --simulate". @throws InputError
   static ControlOptions parse(const std::string& arguments);
@@ -60,7 +65,9 @@ struct ControlOptions {
   /// With the guess of the problem; guessed_transcription() makes the selected guess.
   /// @param made  by make_problem(), outlives the transcription. @throws InputError
   std::unique_ptr<Transcription> make_transcription(const OptimalControlProblem& made) const;
-  HomotopyOptions homotopy_options() const;
+  /// The problem on as many times fewer intervals as `refine` says, on which shooting begins. @throws InputError
+  std::unique_ptr<OptimalControlProblem> make_coarse_problem() const;
+  HomotopyOptions homotopy_options() const;  ///< with update_limit. @throws InputError with --method shooting
   /// "FESD-J radau-iia:3, 10 intervals of 2 elements"
   std::string describe(const OptimalControlProblem& made) const;
 };

@@ -33,13 +33,12 @@ Vector shortest(const Matrix& J, const Vector& b) {
 
 }  // namespace
 
-ShrinkingHorizon::ShrinkingHorizon(const OptimalControlProblem& problem, Transcription& transcription,
-                                   const HomotopyOptions& options)
+ShrinkingHorizon::ShrinkingHorizon(const OptimalControlProblem& problem, ControlSolver& solver)
     : problem_(problem),
-      transcription_(transcription),
-      solver_(transcription.mpcc(), options),
+      solver_(solver),
+      simulation_(solver.simulation()),
       plant_(problem),
-      pivoting_(plant_, transcription.simulation().tableau, transcription.simulation().options, counters_),
+      pivoting_(plant_, simulation_.tableau, simulation_.options, counters_),
       q_(plant_.info().q0),
       v_(plant_.info().v0) {
   if (!plant_.info().switches.empty())
@@ -48,16 +47,13 @@ ShrinkingHorizon::ShrinkingHorizon(const OptimalControlProblem& problem, Transcr
   pivoting_.start(q_, v_);
 }
 
-MpccSolution ShrinkingHorizon::take(MpccSolution solution) {
-  if (solution.succeeded()) {
-    x_ = solution.x;
-    plan_ = transcription_.trajectory(x_);
-  }
+ControlSolution ShrinkingHorizon::take(ControlSolution solution) {
+  if (solution.has_plan()) plan_ = solution.trajectory;
   return solution;
 }
 
-MpccSolution ShrinkingHorizon::solve(const MpccSolver::Progress& progress) {
-  return take(solver_.solve(progress));
+ControlSolution ShrinkingHorizon::solve() {
+  return take(solver_.solve());
 }
 
 Status ShrinkingHorizon::advance() {
@@ -65,7 +61,7 @@ Status ShrinkingHorizon::advance() {
   plant_.set_control(u);
   const Status status = pivoting_.advance(plan_.T / problem_.n_intervals);
   if (status != Status::success) return status;
-  add_step(problem_, pivoting_.step(), transcription_.simulation().tableau, u, past_);
+  add_step(problem_, pivoting_.step(), simulation_.tableau, u, past_);
   q_ = pivoting_.step().last().q1;
   v_ = pivoting_.step().last().v1;
   ++k_;
@@ -99,9 +95,8 @@ void ShrinkingHorizon::disturb(double size, std::mt19937& random) {
   pivoting_.start(q_, v_);
 }
 
-MpccSolution ShrinkingHorizon::resolve(const MpccSolver::Progress& progress) {
-  transcription_.start_at(k_, x_, q_, v_, closed_contacts(problem_.plant->gap(q_)));
-  return take(solver_.resolve(progress));
+ControlSolution ShrinkingHorizon::resolve() {
+  return take(solver_.resolve(k_, q_, v_, closed_contacts(problem_.plant->gap(q_))));
 }
 
 double ShrinkingHorizon::cost_to_go() const {

@@ -2,9 +2,9 @@
 
 #include <random>
 
-#include "methods/complementarity/mpcc/homotopy.h"
+#include "methods/control/control_solver.h"
 #include "methods/control/rollout.h"
-#include "methods/control/transcription.h"
+#include "methods/fesd/pivoting_solver.h"
 
 namespace ricochet {
 
@@ -15,19 +15,16 @@ namespace ricochet {
 ///
 /// The horizon shrinks, since E and the terminal constraints belong to the time T: the rest of an optimal plan is then
 /// optimal for the rest of the task (Bellman), and without disturbance nothing changes, which a test checks. With a
-/// horizon of constant length every step would be another task. The program stays the same: the past is constant
-/// (Transcription::start_at), so functions, structure, and the numbers of variables are reused, the plan itself is the
-/// guess, and the last branch is solved first (MpccSolver::resolve).
+/// horizon of constant length every step would be another task.
 ///
 /// If T is free, it is also free in (1): N times the length of the remaining intervals.
 class ShrinkingHorizon {
  public:
-  /// @param problem, transcription  must outlive this object. @throws InputError for options out of
-  /// range, and for a plant with formulas that bend or jump
-  ShrinkingHorizon(const OptimalControlProblem& problem, Transcription& transcription, const HomotopyOptions& options);
+  /// @param problem, solver  must outlive this object. @throws InputError for a plant with formulas that bend or jump
+  ShrinkingHorizon(const OptimalControlProblem& problem, ControlSolver& solver);
 
-  /// The plan for the whole task, from the guess of the transcription.
-  MpccSolution solve(const MpccSolver::Progress& progress = {});
+  /// The plan for the whole task, from the first guess of the solver.
+  ControlSolution solve();
 
   /// The plant runs one interval of the plan, by the pivoting solver. @return its status
   Status advance();
@@ -36,8 +33,8 @@ class ShrinkingHorizon {
   /// stay closed, so bodies at rest stay at rest. Open ones stay open: `size` is halved until they do.
   void disturb(double size, std::mt19937& random);
 
-  /// Solves (1) from the state of the plant. If this fails, the plan is unchanged.
-  MpccSolution resolve(const MpccSolver::Progress& progress = {});
+  /// Solves (1) from the state of the plant. A solution that has no plan leaves the one before in force.
+  ControlSolution resolve();
 
   int interval() const { return k_; }  ///< of the plant, from 0; N at the end
   const Vector& q() const { return q_; }
@@ -48,16 +45,16 @@ class ShrinkingHorizon {
   double terminal_cost() const;                      ///< of the plant where it is
 
  private:
-  MpccSolution take(MpccSolution solution);
+  ControlSolution take(ControlSolution solution);
 
   const OptimalControlProblem& problem_;
-  Transcription& transcription_;
-  MpccSolver solver_;
+  ControlSolver& solver_;
+  const Transcription::Simulation simulation_;
   ControlledPlant plant_;
   Counters counters_;
   PivotingSolver pivoting_;
   int k_ = 0;
-  Vector q_, v_, x_;  // x_: of the plan
+  Vector q_, v_;
   ControlTrajectory plan_;
   Rollout past_;
 };

@@ -51,30 +51,17 @@ void Transcription::add_terminal(const std::vector<int>& q, const std::vector<in
   mpcc_.nlp.add_block(std::make_unique<FunctionBlock>(problem_.terminal, join<int>({q, v}), rows));
 }
 
-ControlSolution Transcription::solution(const MpccSolution& of_program) const {
-  ControlSolution solution;
-  solution.status = of_program.status;
-  solution.message = of_program.message;
-  solution.violation = of_program.violation.value;
-  solution.violated = of_program.violation.name;
-  solution.iterations = of_program.iterations;
-  solution.seconds = of_program.seconds;
-  solution.derivative_seconds = of_program.derivative_seconds;
-  if (!solution.succeeded()) return solution;
-  solution.trajectory = trajectory(of_program.x);
-  solution.stationarity = fmt::format("{}{}, {} biactive pairs", to_string(of_program.stationarity),
-                                      of_program.is_b_stationary ? ", B" : "", of_program.n_biactive);
+std::string Transcription::stationarity(const MpccSolution& solved) const {
+  std::string text = fmt::format("{}{}, {} biactive pairs", to_string(solved.stationarity),
+                                 solved.is_b_stationary ? ", B" : "", solved.n_biactive);
   std::vector<int> shortest;
   for (const int h : lengths()) {
-    const double lower = mpcc_.nlp.variables[h].lower;
-    if (of_program.x[h] <= (1 + kAtBound) * lower) shortest.push_back(h);
+    if (solved.x[h] <= (1 + kAtBound) * mpcc_.nlp.variables[h].lower) shortest.push_back(h);
   }
-  if (!shortest.empty())
-    solution.stationarity +=
-        fmt::format("; unknown for the plant: {} at the least length, first {}",
-                    shortest.size() == 1 ? "an element is" : fmt::format("{} elements are", shortest.size()),
-                    mpcc_.nlp.variables[shortest.front()].name);
-  return solution;
+  if (shortest.empty()) return text;
+  return text + fmt::format("; unknown for the plant: {} at the least length, first {}",
+                            shortest.size() == 1 ? "an element is" : fmt::format("{} elements are", shortest.size()),
+                            mpcc_.nlp.variables[shortest.front()].name);
 }
 
 Status Transcription::guess_from_simulation(const Matrix& u) {

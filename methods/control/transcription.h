@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "methods/complementarity/mpcc/homotopy.h"
-#include "methods/control/control_solution.h"
+#include "methods/control/control_trajectory.h"
 #include "methods/fesd/pivoting_solver.h"
 #include "methods/mpcc_equations/contact_equations.h"
 #include "problems/control/optimal_control_problem.h"
@@ -23,11 +23,10 @@ class Transcription {
   Mpcc& mpcc() { return mpcc_; }
   /// Reads the motion out of a solution x.
   virtual ControlTrajectory trajectory(const Vector& x) const = 0;
-  /// A solution of the program as one of the problem. Where an element has its least length, the program holds an impact
-  /// or a switch that the plant lets move: such a point is stationary for the program only, and
-  /// ControlSolution::stationarity names the element. @param of_program  solved or not; without a trajectory unless
-  /// it is solved
-  ControlSolution solution(const MpccSolution& of_program) const;
+  /// What is known of a solved program's point, "S, B, 3 biactive pairs". Where an element has its least length, the
+  /// program holds an impact or a switch that the plant lets move: the point is stationary for the program only, and the
+  /// text names the element. @param solved  by MpccSolver
+  std::string stationarity(const MpccSolution& solved) const;
   /// Sets the guess of all variables from these controls and the motion of the pivoting solver under them.
   /// @param u  n_u x N. @return its status; variables after a failure keep the plain guess
   Status guess_from_simulation(const Matrix& u);

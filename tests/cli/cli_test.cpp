@@ -222,7 +222,9 @@ TEST_F(Cli, BadInputIsExitCodeTwoWithFieldValueAndWhatIsAllowed) {
       {"run-experiment pinning_order --set times=false", "an experiment without parts is required"},
       {"control two_carts --discretisation euler", "euler"},
       {"mpc two_carts --updates 10", "--updates = 10: a number from 1 to 9 is required"},
-      {"mpc two_carts --update-limit -1", "warm_time_limit = -1: a number of seconds >= 0 is required"},
+      {"mpc two_carts --update-limit -1", "--update-limit = -1: a finite number >= 0 is required"},
+      {"mpc two_carts --method shooting --update-limit nan", "--update-limit = nan: a finite number >= 0 is required"},
+      {"mpc two_carts --method shooting --sigma-warm 0.1", "--sigma-warm = 0.1: no value is allowed with --method shooting"},
       {"mpc two_carts --disturbance -1", "--disturbance = -1: a finite number >= 0 is required"},
       {"report", "results = '': results files are required"},
       {"run-experiment hard_cases --set only_case=zen", "hard case = 'zen': unknown; did you mean zeno"},
@@ -632,17 +634,20 @@ TEST_F(Cli, WritesAReport) {
 TEST_F(Cli, ComparesOptimalControlWithThePlant) {
   const std::string experiment = write("carts.json", R"({"id": "carts", "kind": "optimal_control", "title": "Carts",
       "description": "", "runs": [{"problem": "two_carts", "fesd": "--simulate --sigma-0 0.01",
-      "time_stepping": "--sigma-0 1e-3 --max-iterations 1"}]})");
+      "time_stepping": "--sigma-0 1e-3 --max-iterations 1", "shooting": "--explore 12"}],
+      "goals": [{"problem": "two_carts", "quantity": "cost", "at_most": 1}]})");
   const std::string out = (folder / "results").string(), report = (folder / "report").string();
   const Outcome outcome = run("run-experiment " + experiment + " -o " + out);
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_HAS(outcome.text, "FESD-J radau-iia:3, 10 intervals of 2 elements");
   EXPECT_HAS(outcome.text, "time stepping, 10 intervals of 6 steps");
   EXPECT_HAS(outcome.text, "step_limit: relaxation");  // a run that is not solved is shown, with its reason
+  EXPECT_HAS(outcome.text, "FESD-J radau-iia:3, 10 intervals of 2 elements or more");
+  EXPECT_HAS(outcome.text, "Shooting against the homotopy");
   ASSERT_EQ(run("report " + out + "/carts.jsonl -o " + report).code, 0);
   EXPECT_HAS(read(report + "/experiments/carts.html"), "Claimed and true optimal control");
   EXPECT_HAS(read(report + "/experiments/carts_two_carts_scene.svg"), "<animate attributeName=\"points\"");
-  for (const char* file : {"carts_two_carts.svg", "carts_two_carts_frames.svg"})
+  for (const char* file : {"carts_two_carts.svg", "carts_two_carts_frames.svg", "carts_two_carts_shooting_scene.svg"})
     EXPECT_TRUE(fs::exists(fs::path(report) / "experiments" / file)) << file;
 }
 
@@ -700,6 +705,14 @@ TEST_F(Cli, PlansAgainWhileThePlantRuns) {
   const Outcome outcome = run("mpc two_carts --simulate --sigma-0 0.01 --updates 2 --disturbance 0.005");
   ASSERT_EQ(outcome.code, 0) << outcome.text;
   EXPECT_HAS(outcome.text, "0 are not solved");
+  const std::string shooting = "mpc two_carts --method shooting --explore 12 --disturbance 0.03";
+  const Outcome shot = run(shooting);
+  ASSERT_EQ(shot.code, 0) << shot.text;
+  EXPECT_HAS(shot.text, "0 have no plan");
+  const Outcome late = run(shooting + " --update-limit 1e-9");
+  EXPECT_EQ(late.code, 0) << "the limit of an update is no failure: " << late.text;
+  EXPECT_HAS(late.text, "time_limit: the time limit of 1e-09 s was reached");
+  EXPECT_HAS(late.text, "0 of 9 are stationary, 0 have no plan");
 }
 
 TEST_F(Cli, MeasuresTheGrowthOfTheWork) {

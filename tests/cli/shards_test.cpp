@@ -39,6 +39,9 @@ const Small kSmallExperiments[] = {
        "time_stepping": "--intervals 4 --simulate --sigma-0 1"}]})"},
     {"control_growth", R"({"id": "small", "title": "t", "kind": "control_growth", "disturbance": 0.001, "runs": [
       {"problem": "two_carts", "arguments": "--simulate --sigma-0 0.01 --max-branches 0", "intervals": [3, 4, 5]}]})"},
+    {"control_mpc", R"({"id": "small", "title": "t", "kind": "control_mpc", "disturbances": [0.001, 0.01], "runs": [
+      {"problem": "two_carts", "homotopy": "--intervals 4 --simulate --sigma-0 0.01 --max-branches 0",
+       "shooting": "--intervals 4 --explore 3"}]})"},
     {"control_gradient", R"({"id": "small", "title": "t", "kind": "control_gradient", "problem": "two_carts",
       "control": [[4], [4], [3], [3], [2], [0], [-1], [-1], [0], [0]],
       "methods": [{"method": "fesd:radau-iia:3", "steps": [1, 2]}, {"method": "moreau_jean,theta=1", "steps": [8, 32]}]})"},

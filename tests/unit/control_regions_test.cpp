@@ -106,7 +106,8 @@ TEST(ControlRegions, OthersDecline) {
   EXPECT_THROW(ControlOptions::parse("turbo_car --discretisation time_freezing").make_transcription(*problem),
                InputError);
   FesdTranscription transcription(*problem, make_tableau("radau-iia", 2), {});
-  EXPECT_THROW(ShrinkingHorizon(*problem, transcription, {}), InputError);
+  HomotopyControlSolver solver(transcription, {});
+  EXPECT_THROW(ShrinkingHorizon(*problem, solver), InputError);
 }
 
 }  // namespace

@@ -13,6 +13,8 @@
 #include "bench/control/control_claim.h"
 #include "bench/studies/control/control_views.h"
 #include "bench/studies/control/gradient_rows.h"
+#include "bench/studies/control/growth_rows.h"
+#include "bench/studies/control/mpc_rows.h"
 #include "bench/studies/control/seed_rows.h"
 #include "problems/geometry_kinematics.h"
 #include "problems/input_error.h"
@@ -43,13 +45,13 @@ TEST(ControlResults, SurviveTheRoundTripAndShowFailures) {
   const ControlRun read = round_trip(run);
   EXPECT_SURVIVES(run);
   EXPECT_TRUE(std::isnan(read.events));
-  EXPECT_EQ(control_table({run}).rows[0][6], "19.5");
-  EXPECT_EQ(control_table({run}).rows[0][8], "-") << "no replay, no mismatch";
+  EXPECT_EQ(control_table({run}).rows[0][7], "19.5");
+  EXPECT_EQ(control_table({run}).rows[0][9], "-") << "no replay, no mismatch";
   run.replay_status = "success";
-  EXPECT_EQ(control_table({run}).rows[0][9], "other") << "the impacts are not the same";
+  EXPECT_EQ(control_table({run}).rows[0][10], "other") << "the impacts are not the same";
   run.replay_status = "inner_solver_failed";
   ASSERT_EQ(control_failures({run}).rows.size(), 1u);
-  EXPECT_NE(control_failures({run}).rows[0][2].find("why"), std::string::npos);
+  EXPECT_NE(control_failures({run}).rows[0][3].find("why"), std::string::npos);
 
   const ControlGradient gradient{"two_carts", "fesd", 4, {"q_1"}, {{1, 2}}, 1e-8, 1e-9};
   EXPECT_SURVIVES(gradient);
@@ -249,6 +251,115 @@ TEST(SeedResults, TheTableCountsFailuresAndHasQuartilesOfTheRest) {
   EXPECT_EQ(failed.rows[0][3], "too late");
   EXPECT_EQ(failed.rows[0][4], "3");
   EXPECT_EQ(seed_details(guesses()).rows.size(), 5u) << "no run is dropped";
+}
+
+/// The text in a table's row whose first cells are these.
+std::string cell_of(const Table& table, const std::string& problem, const std::string& quantity,
+                    const std::string& header) {
+  const auto column = std::ranges::find(table.columns, header, &Table::Column::header);
+  for (const auto& row : table.rows) {
+    if (row[0] == problem && row[1] == quantity)
+      return row.at(static_cast<std::size_t>(column - table.columns.begin()));
+  }
+  return "no such row";
+}
+
+TEST(ControlComparisons, OldRowsAreOfTheHomotopy) {
+  for (const char* kind : {"control_run", "seed_run", "control_growth"}) {
+    const auto old = nlohmann::json{{"kind", kind}, {"problem", "discs"}, {"status", "success"}};
+    EXPECT_EQ(old.get<ControlRun>().method, "homotopy");
+    EXPECT_EQ(old.get<SeedRun>().method, "homotopy");
+    EXPECT_EQ(old.get<ControlGrowth>().method, "homotopy");
+  }
+  EXPECT_TRUE(seed_comparisons(guesses()).empty()) << "there is nothing to compare with";
+}
+
+TEST(ControlComparisons, SeedsHaveRatiosAndGoals) {
+  std::vector<SeedRun> runs = guesses();
+  for (const unsigned seed : {1U, 2U, 3U, 4U}) {
+    SeedRun run;
+    run.problem = "discs";
+    run.method = "shooting";
+    run.arguments = "--method shooting";
+    run.seed = seed;
+    run.status = run.replay_status = "success";
+    run.cpu_seconds = 0.1;
+    run.cost = 10;
+    run.stationarity = seed == 1 ? "B up to an edge" : seed == 2 ? "not B" : "B";
+    run.is_b_stationary = seed != 2;
+    run.terminal = seed == 4 ? 1e-8 : 1e-10;
+    runs.push_back(run);
+  }
+  const nlohmann::json header = {{"goals",
+                                  {{{"problem", "discs"}, {"quantity", "solved"}, {"at_least", 4}},
+                                   {{"problem", "discs"}, {"quantity", "certified"}, {"at_least", 4}},
+                                   {{"problem", "discs"}, {"quantity", "median cost"}, {"at_most", 0.5}},
+                                   {{"problem", "discs"}, {"quantity", "median CPU time"}, {"at_most", 0.01}}}}};
+  const Table table = comparison_table(seed_comparisons(runs), header);
+  EXPECT_EQ(cell_of(table, "discs", "solved", "homotopy"), "3 of 4");
+  EXPECT_EQ(cell_of(table, "discs", "solved", "shooting"), "4 of 4");
+  EXPECT_EQ(cell_of(table, "discs", "solved", "goal"), ">= 4");
+  EXPECT_EQ(cell_of(table, "discs", "solved", "kept"), "yes");
+  EXPECT_EQ(cell_of(table, "discs", "certified", "shooting"), "3 of 4");
+  EXPECT_EQ(cell_of(table, "discs", "certified", "kept"), "no");
+  EXPECT_EQ(cell_of(table, "discs", "replayed to 1e-9", "shooting"), "3 of 4");
+  EXPECT_EQ(cell_of(table, "discs", "replayed to 1e-9", "goal"), "-");
+  EXPECT_EQ(cell_of(table, "discs", "median cost", "reached"), "0.5") << "10 of 20";
+  EXPECT_EQ(cell_of(table, "discs", "median cost", "kept"), "yes");
+  EXPECT_EQ(cell_of(table, "discs", "median CPU time", "reached"), "0.05") << "0.1 of 2";
+  EXPECT_EQ(cell_of(table, "discs", "median CPU time", "kept"), "no");
+  EXPECT_EQ(cell_of(seed_table(runs), "discs", "shooting", "stationary"), "B 2, B up to an edge 1, not B 1");
+}
+
+TEST(ControlComparisons, GrowthHasExponentsOfBothMethods) {
+  std::vector<ControlGrowth> runs;
+  for (const char* method : {"homotopy", "shooting"}) {
+    for (const int N : {10, 20, 40}) {
+      ControlGrowth run;
+      run.problem = "two_carts";
+      run.method = method;
+      run.intervals = N;
+      run.status = run.again_status = "success";
+      run.again_seconds = 1e-3 * N;
+      run.iterations = 5;
+      run.seconds = run.method == "shooting" ? 1e-3 * N : 1e-3 * N * N;
+      run.cost = 20 - 0.1 * N;
+      runs.push_back(run);
+      EXPECT_SURVIVES(run);
+    }
+  }
+  const Table table = comparison_table(growth_comparisons(runs), {});
+  EXPECT_EQ(cell_of(table, "two_carts", "solved", "shooting"), "3 of 3");
+  EXPECT_EQ(cell_of(table, "two_carts", "exponent of the time per iteration", "homotopy"), "2.00");
+  EXPECT_EQ(cell_of(table, "two_carts", "exponent of the time per iteration", "shooting"), "1.00");
+  EXPECT_EQ(cell_of(table, "two_carts", "cost of N by that of N / 4", "shooting"), "0.8421") << "16 by 19";
+  EXPECT_EQ(growth_table(runs).rows.size(), 8u) << "a fit below the runs of each method";
+}
+
+TEST(ControlComparisons, UpdatesAreHeldAgainstThoseOnABranch) {
+  const auto run_of = [](const char* method, std::vector<MpcRun::Update> updates) {
+    MpcRun run;
+    run.problem = "two_carts";
+    run.method = method;
+    run.disturbance = 0.003;
+    run.status = "success";
+    run.seconds = 1;
+    run.cost = 12;
+    run.updates = std::move(updates);
+    return run;
+  };
+  const std::vector<MpcRun> runs = {
+      run_of("homotopy", {{.t = 1, .status = "success", .has_plan = true, .kept_branch = true, .seconds = 0.2},
+                          {.t = 2, .status = "time_limit", .message = "late", .seconds = 20}}),
+      run_of("shooting", {{.t = 1, .status = "success", .has_plan = true, .seconds = 0.01},
+                          {.t = 2, .status = "time_limit", .message = "late", .has_plan = true, .seconds = 0.03}})};
+  for (const auto& run : runs) EXPECT_SURVIVES(run);
+  const Table table = comparison_table(mpc_comparisons(runs), {});
+  EXPECT_EQ(cell_of(table, "two_carts", "median update at 0.003", "reached"), "0.1") << "0.02 by 0.2";
+  EXPECT_EQ(cell_of(table, "two_carts", "without a plan at 0.003", "homotopy"), "1 of 2");
+  EXPECT_EQ(cell_of(table, "two_carts", "without a plan at 0.003", "shooting"), "0 of 2");
+  EXPECT_EQ(mpc_table(runs).rows.size(), 2u);
+  EXPECT_EQ(mpc_updates(runs).rows.size(), 4u);
 }
 
 }  // namespace

@@ -399,8 +399,9 @@ HomotopyOptions carts_homotopy() {
 void follow_carts(Transcription& transcription, const OptimalControlProblem& problem, double disturbance, int updates,
                   const std::function<void(const ShrinkingHorizon&, const MpccSolution&)>& check) {
   ASSERT_EQ(transcription.guess_from_simulation(), Status::success);
-  ShrinkingHorizon horizon(problem, transcription, carts_homotopy());
-  const MpccSolution first = horizon.solve();
+  HomotopyControlSolver solver(transcription, carts_homotopy());
+  ShrinkingHorizon horizon(problem, solver);
+  const ControlSolution first = horizon.solve();
   ASSERT_TRUE(first.succeeded()) << first.message;
   std::mt19937 random(1);
   Matrix given(problem.plant->info().n_u, updates);
@@ -408,7 +409,8 @@ void follow_carts(Transcription& transcription, const OptimalControlProblem& pro
     given.col(k - 1) = horizon.plan().u.col(k - 1);
     ASSERT_EQ(horizon.advance(), Status::success);
     if (disturbance > 0) horizon.disturb(disturbance, random);
-    check(horizon, horizon.resolve());
+    EXPECT_EQ(horizon.resolve().status, solver.last().status);
+    check(horizon, solver.last());
     EXPECT_EQ(horizon.plan().u.leftCols(k), given.leftCols(k)) << "what the plant was given is past";
   }
 }
@@ -422,17 +424,14 @@ TEST(OptimalControl, ElementsAtTheirLeastLengthAreReported) {
   const MpccSolution of_program =
       Homotopy(ControlOptions::parse("two_carts --sigma-0 0.01").homotopy_options()).solve(transcription.mpcc());
   ASSERT_TRUE(of_program.succeeded()) << of_program.message;
-  const ControlSolution solution = transcription.solution(of_program);
+  const std::string stationarity = transcription.stationarity(of_program);
   const double shortest = 0.1 * problem->plant->info().end_time / problem->n_intervals / problem->n_fe;
   int at_bound = 0;
   for (std::size_t k = 0; k < transcription.mpcc().nlp.variables.size(); ++k) {
     const auto& variable = transcription.mpcc().nlp.variables[k];
     at_bound += variable.name.ends_with(", h") && of_program.x[static_cast<Eigen::Index>(k)] <= (1 + 1e-6) * shortest;
   }
-  EXPECT_EQ(solution.stationarity.find("unknown for the plant") != std::string::npos, at_bound > 0)
-      << solution.stationarity;
-  EXPECT_EQ(solution.trajectory.objective, transcription.trajectory(of_program.x).objective);
-  EXPECT_EQ(solution.iterations, of_program.iterations);
+  EXPECT_EQ(stationarity.find("unknown for the plant") != std::string::npos, at_bound > 0) << stationarity;
 }
 
 TEST(ShrinkingHorizon, TheRestOfAnOptimalPlanIsOptimal) {
@@ -476,12 +475,14 @@ TEST(ShrinkingHorizon, WithoutTimeThePlanStaysInForce) {
   ASSERT_EQ(transcription.guess_from_simulation(), Status::success);
   HomotopyOptions options = carts_homotopy();
   options.warm_time_limit = 1e-6;
-  ShrinkingHorizon horizon(*problem, transcription, options);
+  HomotopyControlSolver solver(transcription, options);
+  ShrinkingHorizon horizon(*problem, solver);
   ASSERT_TRUE(horizon.solve().succeeded());
   const Matrix u = horizon.plan().u;
   ASSERT_EQ(horizon.advance(), Status::success);
-  const MpccSolution again = horizon.resolve();
+  const ControlSolution again = horizon.resolve();
   EXPECT_EQ(again.status, Status::time_limit) << again.message;
+  EXPECT_FALSE(again.has_plan());
   EXPECT_EQ(horizon.plan().u, u);
   EXPECT_EQ(horizon.advance(), Status::success);
 }

@@ -33,6 +33,7 @@ TEST(ShootingOptions, RejectsThoseOfTheOtherMethod) {
   expect_refusal("two_carts --method shooting --discretisation time_stepping", "fesd is required");
   expect_refusal("two_carts --method shooting --discretisation time_freezing", "fesd is required");
   expect_refusal("two_carts --explore 3 --starts 2", "--starts");
+  expect_refusal("two_carts --refine 1", "no value is allowed with --method homotopy");
   expect_refusal("two_carts --method newton", "--method");
 }
 
@@ -41,7 +42,12 @@ TEST(ShootingOptions, RejectsValuesOutOfRange) {
   expect_refusal("two_carts --explore 3 --knots 11", "from 2 to the number of control intervals, 10");
   expect_refusal("two_carts --explore 3 --knots -2", "from 2 to the number of control intervals, 10");
   expect_refusal("two_carts --method shooting --explore 3 --starts 0", "starts");
+  expect_refusal("two_carts --explore 3 --knots 0", "from 2 to the number of control intervals");
+  expect_refusal("two_carts --method shooting --explore 3 --starts -1", "starts = -1: a number >= 1 is required");
   expect_refusal("two_carts --knots 4", "--explore is required");
+  expect_refusal("two_carts --method shooting --refine -1", "--refine = -1: a number from 0 to 1 is required");
+  expect_refusal("two_carts --method shooting --refine 2", "10 intervals can be halved so many times");
+  expect_refusal("two_carts --method shooting --refine 1 --explore 3 --knots 6", "control intervals, 5, is required");
   EXPECT_THROW(ControlOptions::parse("two_carts --method shooting").homotopy_options(), InputError)
       << "a study of the homotopy";
 }
@@ -50,7 +56,7 @@ TEST(ShootingOptions, EverySolutionIsReplayed) {
   const auto options = ControlOptions::parse("two_carts -N 20 --method shooting --explore 12 --starts 2");
   const auto problem = options.make_problem();
   Shooting shooting(*problem, tableau_argument(problem->tableau), options.shooting);
-  const auto guess = guessed_controls(options, *problem);
+  const auto guess = guessed_controls(options);
   EXPECT_EQ(guess.u.size(), 2U);
   const ControlSolution solution = shooting.solve(guess.u, problem->plant->info().end_time);
   ASSERT_TRUE(solution.succeeded()) << solution.message;

@@ -13,8 +13,8 @@
 #include "bench/experiment/study.h"
 #include "bench/rows/progress.h"
 #include "bench/studies/control/control_views.h"
+#include "bench/studies/control/goals.h"
 #include "bench/studies/control/leave_times_out.h"
-#include "methods/complementarity/mpcc/homotopy.h"
 
 namespace ricochet {
 namespace {
@@ -55,20 +55,21 @@ ControlRun solve_and_replay(const ControlOptions& options, const std::string& ar
   ControlRun run;
   run.problem = problem->id;
   run.title = problem->title;
+  run.method = options.method;
   run.discretisation = options.describe(*problem);
   run.command = kCommand + arguments;
-  const auto transcription = guessed_transcription(options, *problem).transcription;
-  const MpccSolution solution = Homotopy(options.homotopy_options()).solve(transcription->mpcc());
+  const PreparedMethod method = prepared_method(options, *problem);
+  const ControlSolution solution = method.solver->solve();
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
-  run.variables = transcription->mpcc().nlp.n_variables();
-  run.pairs = static_cast<int>(transcription->mpcc().pairs.size());
+  run.variables = method.solver->n_variables();
+  run.pairs = method.solver->n_pairs();
   run.status = to_string(solution.status);
   run.message = solution.message;
   run.iterations = solution.iterations;
   if (!solution.succeeded()) return run;
-  const ControlTrajectory trajectory = transcription->trajectory(solution.x);
-  describe_claim(*problem, trajectory, run);
-  describe_replay(*problem, trajectory, run);
+  run.stationarity = solution.stationarity;
+  describe_claim(*problem, solution.trajectory, run);
+  describe_replay(*problem, solution.trajectory, run);
   return run;
 }
 
@@ -88,22 +89,46 @@ int steps_of_equal_size(int variables, ControlOptions options) {
   return std::max(1, static_cast<int>(std::lround(1 + static_cast<double>(variables - one) / (two - one))));
 }
 
-/// Problems with FESD-J, and with time stepping with the same number of variables; the controls are replayed. "runs":
-/// [{"problem", "fesd", "time_stepping"}], "fesd" and "time_stepping" with the arguments of `ricochet control`. Each of
-/// the two runs is a piece.
+/// The runs of an entry of "runs": by the homotopy with FESD-J, and with time stepping of the same number of variables,
+/// and by shooting if the entry has arguments for it.
+std::vector<const char*> kinds_of(const json& entry) {
+  std::vector<const char*> kinds{"fesd", "time_stepping"};
+  if (entry.contains(kShooting)) kinds.push_back(kShooting);
+  return kinds;
+}
+
+/// The arguments of `ricochet control` for one of these runs, with the options they make.
+std::pair<ControlOptions, std::string> run_options(const json& entry, const std::string& kind) {
+  const auto of = [&](const char* field, const std::string& option) {
+    return fmt::format("{}{} {}", entry.at("problem").get<std::string>(), option, entry.at(field).get<std::string>());
+  };
+  if (kind == kShooting) {
+    const std::string arguments = of(kShooting, " --method shooting");
+    return {ControlOptions::parse(arguments), arguments};
+  }
+  const std::string fesd = of("fesd", "");
+  if (kind == "fesd") return {ControlOptions::parse(fesd), fesd};
+  const std::string arguments = of("time_stepping", " --discretisation time_stepping");
+  ControlOptions options = ControlOptions::parse(arguments);
+  options.steps = steps_of_equal_size(variables_of(ControlOptions::parse(fesd)), options);
+  return {options, fmt::format("{} --steps {}", arguments, options.steps)};
+}
+
+/// Problems by several methods; the controls are replayed. "runs": [{"problem", "fesd", "time_stepping", "shooting"}],
+/// with the arguments of `ricochet control`. Each run is a piece.
 void run_control_experiment(const json& experiment, ResultsFile& file) {
   const bool with_times = experiment.value("times", true);
-  const json& runs = experiment.at("runs");
+  if (experiment.contains("goals")) file.header()["goals"] = experiment["goals"];
+  std::vector<std::pair<const json*, const char*>> runs;
+  for (const json& entry : experiment.at("runs")) {
+    for (const char* kind : kinds_of(entry)) {
+      if (std::string(kind) != "time_stepping") run_options(entry, kind).first.make_problem();  // bad ones throw here
+      runs.emplace_back(&entry, kind);
+    }
+  }
   const auto run_of = [&](std::size_t k) {
-    const json& entry = runs[k / 2];
-    const std::string problem = entry.at("problem");
-    const std::string fesd = fmt::format("{} {}", problem, entry.at("fesd").get<std::string>());
-    if (k % 2 == 0) return solve_and_replay(ControlOptions::parse(fesd), fesd);
-    const std::string other =
-        fmt::format("{} --discretisation time_stepping {}", problem, entry.at("time_stepping").get<std::string>());
-    ControlOptions options = ControlOptions::parse(other);
-    options.steps = steps_of_equal_size(variables_of(ControlOptions::parse(fesd)), options);
-    return solve_and_replay(options, fmt::format("{} --steps {}", other, options.steps));
+    const auto [options, arguments] = run_options(*runs[k].first, runs[k].second);
+    return solve_and_replay(options, arguments);
   };
   const auto solve = [&](std::size_t k) {
     ControlRun run = run_of(k);
@@ -111,9 +136,8 @@ void run_control_experiment(const json& experiment, ResultsFile& file) {
     return run;
   };
   Progress progress(experiment.at("id").get<std::string>());
-  const std::size_t n = 2 * runs.size();
-  file.each<ControlRun>(n, solve, [&](std::size_t k) {
-    progress.update(static_cast<double>(k + 1) / static_cast<double>(n), runs[k / 2].at("problem"));
+  file.each<ControlRun>(runs.size(), solve, [&](std::size_t k) {
+    progress.update(static_cast<double>(k + 1) / static_cast<double>(runs.size()), runs[k].first->at("problem"));
   });
 }
 
@@ -125,22 +149,42 @@ std::shared_ptr<const OptimalControlProblem> problem_of(const ControlRun& run) {
 /// Frames, animation and curves of the runs of one problem.
 void show_problem(const std::vector<ControlRun>& runs, const std::string& name, Section& section) {
   section.heading(fmt::format("{}: {}", runs.front().problem, runs.front().title));
-  const auto solved = std::ranges::find_if(runs, &ControlRun::succeeded);
-  const auto problem = solved == runs.end() ? nullptr : problem_of(*solved);
-  if (problem && problem->plant->info().geometry) {
+  for (const char* method : {kHomotopy, kShooting}) {
+    const auto solved = std::ranges::find_if(
+        runs, [&](const ControlRun& run) { return run.succeeded() && run.method == method; });
+    const auto problem = solved == runs.end() ? nullptr : problem_of(*solved);
+    if (!problem || !problem->plant->info().geometry) continue;
+    const std::string prefix = name + (solved->method == kHomotopy ? "" : "_" + solved->method);
     section.drawings([=, run = *solved](const FigureFolder& folder) {
-      return std::vector{draw_frames(folder, *problem, run, name + "_frames")};
+      return std::vector{draw_frames(folder, *problem, run, prefix + "_frames")};
     });
     section.drawings([=, run = *solved](const FigureFolder& folder) {
-      return std::vector{draw_scene(folder, *problem, run, name + "_scene")};
+      return std::vector{draw_scene(folder, *problem, run, prefix + "_scene")};
     });
   }
   section.chart(control_chart(runs, name));
 }
 
+/// Cost and time of the two methods with FESD-J.
+std::vector<Comparison> comparisons_of(const std::vector<ControlRun>& runs) {
+  std::vector<Comparison> comparisons;
+  for (const auto& run : runs) {
+    if (run.method != kShooting || !run.succeeded()) continue;
+    const auto other = std::ranges::find_if(runs, [&](const ControlRun& r) {
+      return r.problem == run.problem && r.method == kHomotopy && r.discretisation.starts_with("FESD-J");
+    });
+    if (other == runs.end() || !other->succeeded()) continue;
+    comparisons.push_back(quotient(run.problem, "cost", other->claimed_cost, run.claimed_cost));
+    if (run.seconds > 0) comparisons.push_back(quotient(run.problem, "seconds", other->seconds, run.seconds));
+  }
+  return comparisons;
+}
+
 void show_control_experiment(const Results& results, Section& section) {
   const auto runs = results.all<ControlRun>();
   section.result("runs", control_table(runs));
+  if (const auto comparisons = comparisons_of(runs); !comparisons.empty())
+    section.result("comparison", comparison_table(comparisons, results.header));
   section.failures("failures", control_failures(runs));
   for (std::size_t first = 0, last = 0; first < runs.size(); first = last) {
     while (last < runs.size() && runs[last].problem == runs[first].problem) ++last;
@@ -156,20 +200,22 @@ int control_experiment_unexpected_failures(const Results& results) {
       runs, [](const ControlRun& run) { return !run.succeeded() && run.discretisation.starts_with("FESD-J"); }));
 }
 
-constexpr const char* kControlExperimentFields = R"~({
+const std::string kControlExperimentFields = std::string(R"~({
   "required": ["runs"],
   "properties": {
+    )~") + kGoalsField + R"~(,
     "runs": {"type": "array", "description": "Problems, each with FESD-J and with time stepping.", "items": {
       "type": "object", "additionalProperties": false, "required": ["problem", "fesd", "time_stepping"], "properties": {
         "problem": {"type": "string", "description": "Of `ricochet control`.", "examples": ["two_carts"]},
         "fesd": {"type": "string", "description": "Arguments of `ricochet control` with FESD-J.", "examples": ["--intervals 10"]},
+        "shooting": {"type": "string", "description": "Those of --method shooting; without them it does not run.", "examples": ["--explore 12"]},
         "time_stepping": {"type": "string", "description": "Those with time stepping.", "examples": ["--sigma-0 1"]}}}}
   }
 })~";
 
 const bool control_experiment_is_registered =
     register_study({.kind = "optimal_control",
-                    .summary = "optimal control with FESD-J and with time stepping: what they claim and what is true",
+                    .summary = "optimal control with FESD-J, by homotopy and shooting, and with time stepping: claims and truth",
                     .fields = kControlExperimentFields,
                     .rows = {ControlRun::kKind},
                     .times = Times::in_rows,

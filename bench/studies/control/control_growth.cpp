@@ -18,16 +18,17 @@ using nlohmann::json;
 ControlGrowth measure_growth(const std::string& arguments, double disturbance) {
   const ControlOptions options = ControlOptions::parse(arguments);
   const auto problem = options.make_problem();
-  const auto transcription = guessed_transcription(options, *problem).transcription;
-  ShrinkingHorizon horizon(*problem, *transcription, options.homotopy_options());
-  const MpccSolution solution = horizon.solve();
+  const PreparedMethod method = prepared_method(options, *problem);
+  ShrinkingHorizon horizon(*problem, *method.solver);
+  const ControlSolution solution = horizon.solve();
 
   ControlGrowth result;
   result.problem = problem->id;
+  result.method = options.method;
   result.command = fmt::format("ricochet mpc {} --updates 1 --disturbance {}", arguments, disturbance);
   result.intervals = problem->n_intervals;
-  result.variables = transcription->mpcc().nlp.n_variables();
-  result.pairs = static_cast<int>(transcription->mpcc().pairs.size());
+  result.variables = method.solver->n_variables();
+  result.pairs = method.solver->n_pairs();
   result.status = to_string(solution.status);
   result.message = solution.message;
   result.iterations = solution.iterations;
@@ -37,12 +38,13 @@ ControlGrowth measure_growth(const std::string& arguments, double disturbance) {
     result.steps.push_back({step.sigma, step.iterations, step.seconds, step.complementarity, is_solved(step.status)});
   if (!solution.succeeded()) return result;
 
+  result.cost = solution.trajectory.objective;
   const Status plant = horizon.advance();
   result.again_status = fmt::format("plant: {}", to_string(plant));
   if (plant != Status::success) return result;
   std::mt19937 random(options.exploration.seed);
   horizon.disturb(disturbance, random);
-  const MpccSolution again = horizon.resolve();
+  const ControlSolution again = horizon.resolve();
   result.again_status = to_string(again.status);
   result.again_kept_branch = again.kept_branch;
   result.again_iterations = again.iterations;
@@ -69,6 +71,8 @@ void run_control_growth(const json& experiment, ResultsFile& file) {
     for (const int N : run.value("intervals", std::vector<int>()))
       commands.push_back(fmt::format("{} --intervals {}", command, N));
   }
+  for (const auto& command : commands) ControlOptions::parse(command).make_problem();  // bad ones throw here
+  if (experiment.contains("goals")) file.header()["goals"] = experiment["goals"];
   const double disturbance = experiment.at("disturbance");
   Progress progress(experiment.at("id").get<std::string>());
   const bool with_times = experiment.value("times", true);
@@ -85,6 +89,8 @@ void run_control_growth(const json& experiment, ResultsFile& file) {
 void show_control_growth(const Results& results, Section& section) {
   const auto runs = results.all<ControlGrowth>();
   section.result("work", growth_table(runs));
+  if (const auto comparisons = growth_comparisons(runs); !comparisons.empty())
+    section.result("comparison", comparison_table(comparisons, results.header));
   const bool is_timed = std::ranges::any_of(runs, [](const ControlGrowth& run) { return run.seconds > 0; });
   if (is_timed)
     section.chart(
@@ -97,9 +103,10 @@ int control_growth_unexpected_failures(const Results& results) {
   return static_cast<int>(std::ranges::count_if(runs, [](const auto& run) { return !run.succeeded(); }));
 }
 
-constexpr const char* kControlGrowthFields = R"~({
+const std::string kControlGrowthFields = std::string(R"~({
   "required": ["disturbance", "runs"],
   "properties": {
+    )~") + kGoalsField + R"~(,
     "disturbance": {"type": "number", "minimum": 0, "description": "Positions are moved by up to this [m] before the second solve.", "examples": [0.001]},
     "runs": {"type": "array", "description": "Problems.", "items": {
       "type": "object", "additionalProperties": false, "required": ["problem", "arguments"], "properties": {

@@ -23,7 +23,8 @@ using nlohmann::json;
 
 constexpr double kSeedReplayTolerance = 1e-9;
 
-/// Runs that are still to be made: everything but the results.
+/// Runs that are still to be made: everything but the results. Those of one problem alternate between its entries, so
+/// that other work on the machine slows down all of them.
 std::vector<SeedRun> runs_of(const json& document) {
   std::vector<SeedRun> runs;
   for (std::size_t k = 0; k < document.at("runs").size(); ++k) {
@@ -39,12 +40,18 @@ std::vector<SeedRun> runs_of(const json& document) {
         throw InputError(field("arguments"), entry["arguments"].get<std::string>(),
                          fmt::format("no {}, which is set for each run, is required", option));
     }
-    ControlOptions::parse(fmt::format("{} {}", run.problem, run.arguments)).make_problem();  // bad ones throw here
+    const ControlOptions options = ControlOptions::parse(fmt::format("{} {}", run.problem, run.arguments));
+    options.make_problem();  // bad ones throw here
+    run.method = options.method;
     for (int seed = 1; seed <= n_seeds; ++seed) {
       run.seed = static_cast<unsigned>(seed);
       runs.push_back(run);
     }
   }
+  const auto problems = different(runs, &SeedRun::problem);
+  std::ranges::stable_sort(runs, {}, [&](const SeedRun& run) {
+    return std::pair(std::ranges::find(problems, run.problem), run.seed);
+  });
   return runs;
 }
 
@@ -55,8 +62,8 @@ SeedRun solve_from_seed(SeedRun run) {
   const auto begin = std::chrono::steady_clock::now();
   const double cpu_begin = cpu_seconds();
   const auto problem = options.make_problem();
-  const auto transcription = guessed_transcription(options, *problem).transcription;
-  const MpccSolution solution = Homotopy(options.homotopy_options()).solve(transcription->mpcc());
+  const PreparedMethod method = prepared_method(options, *problem);
+  const ControlSolution solution = method.solver->solve();
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   run.cpu_seconds = cpu_seconds() - cpu_begin;
   run.status = to_string(solution.status);
@@ -65,13 +72,12 @@ SeedRun solve_from_seed(SeedRun run) {
   run.terminal = std::numeric_limits<double>::quiet_NaN();
   if (!solution.succeeded()) return run;
 
-  const ControlTrajectory trajectory = transcription->trajectory(solution.x);
-  run.cost = trajectory.objective;
-  run.stationarity = to_string(solution.stationarity);
+  run.cost = solution.trajectory.objective;
+  run.stationarity = solution.stationarity.substr(0, solution.stationarity.find(','));
   run.is_b_stationary = solution.is_b_stationary;
-  const Replay truth = replay(*problem, trajectory, pivoting_solver(kSeedReplayTolerance));
+  const Replay truth = replay(*problem, solution.trajectory, pivoting_solver(kSeedReplayTolerance));
   run.replay_status = to_string(truth.status);
-  if (truth.status == Status::success) run.terminal = mismatch(*problem, trajectory, truth).terminal;
+  if (truth.status == Status::success) run.terminal = mismatch(*problem, solution.trajectory, truth).terminal;
   return run;
 }
 
@@ -80,6 +86,7 @@ SeedRun solve_from_seed(SeedRun run) {
 /// [s]}]
 void run_control_seeds(const json& experiment, ResultsFile& file) {
   const std::vector<SeedRun> runs = runs_of(experiment);
+  if (experiment.contains("goals")) file.header()["goals"] = experiment["goals"];
   const bool with_times = experiment.value("times", true);
   Progress progress(experiment.at("id").get<std::string>());
   const auto solve = [&](std::size_t k) {
@@ -122,15 +129,18 @@ void add_profiles(const std::vector<SeedRun>& runs, const std::string& prefix, S
 void show_control_seeds(const Results& results, Section& section) {
   const auto runs = results.all<SeedRun>();
   section.result("success", seed_table(runs));
+  if (const auto comparisons = seed_comparisons(runs); !comparisons.empty())
+    section.result("comparison", comparison_table(comparisons, results.header));
   section.chart(seed_chart(runs, results.experiment()));
   if (std::ranges::any_of(runs, &SeedRun::is_timed)) add_profiles(runs, results.experiment(), section);
   section.failures("failures", seed_failures(runs));
   section.details("runs", seed_details(runs));
 }
 
-constexpr const char* kControlSeedsFields = R"~({
+const std::string kControlSeedsFields = std::string(R"~({
   "required": ["runs"],
   "properties": {
+    )~") + kGoalsField + R"~(,
     "runs": {"type": "array", "description": "Problems.", "items": {
       "type": "object", "additionalProperties": false, "required": ["problem", "arguments", "seeds", "time_limit"], "properties": {
         "problem": {"type": "string", "description": "Of `ricochet control`.", "examples": ["discs"]},

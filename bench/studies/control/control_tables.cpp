@@ -23,15 +23,17 @@ Table control_table(const std::vector<ControlRun>& runs) {
   using R = ControlRun;
   static const std::vector<Column<R>> columns = {
       {"problem", &R::problem},
+      {"method", &R::method},
       {"discretisation", &R::discretisation},
       {"variables", "", "{}", &R::variables},
       {"iterations", "", "{}", &R::iterations},
-      {"seconds", "", "{:.1f}", &R::seconds},
+      {"seconds", "", "{:.2f}", &R::seconds},
       {"status", &R::status},
       {"claimed cost", "", "{:.6g}", [](const R& r) { return when(r.succeeded(), r.claimed_cost); }},
       {"true cost", "", "{:.6g}", [](const R& r) { return when(r.is_replayed(), r.true_cost); }},
       {"terminal", "", "{:.1e}", [](const R& r) { return when(r.is_replayed(), r.terminal); }},
       {"impacts", "s", "{}", impact_times_off},
+      {"stationary", [](const R& r) { return r.stationarity.empty() ? "-" : r.stationarity; }},
       {"penetration", "", "{:.1e}", [](const R& r) { return when(r.succeeded(), r.penetration); }},
       {"replayed by", [](const R& r) { return r.is_replayed() ? r.replayed_by : "-"; }},
   };
@@ -42,13 +44,14 @@ Table control_table(const std::vector<ControlRun>& runs) {
           "FESD-J if the reference finds the forces indeterminate. Terminal: max-norm of the difference of (q, v) at "
           "T. Impacts: largest difference of their times, \"other\" for different impacts. Penetration: deepest in the "
           "claimed motion. Seconds include the initial guess."),
-      {"seconds"});
+      {"seconds", "stationary"});
 }
 
 Table control_failures(const std::vector<ControlRun>& runs) {
   using R = ControlRun;
   static const std::vector<Column<R>> columns = {
       {"problem", &R::problem},
+      {"method", &R::method},
       {"discretisation", &R::discretisation},
       {"reason", failure_reason},
       {"command", &R::command},

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/studies/control/goals.h"
 #include "reports/growth.h"
 #include "reports/table.h"
 
@@ -23,6 +24,7 @@ struct ControlGrowth {
   };
 
   std::string problem;
+  std::string method = "homotopy";  ///< or "shooting"
   std::string command;  ///< reproduces the run
   int intervals = 0, variables = 0, pairs = 0;
   std::string status, message;
@@ -32,23 +34,29 @@ struct ControlGrowth {
   std::vector<Step> steps;
 
   // Results of a solved run.
+  double cost = 0;
   std::string again_status;  ///< of the second solve; why the plant did not come to it
-  bool again_kept_branch = false;
+  bool again_kept_branch = false;  ///< of a homotopy
   int again_iterations = 0;
   double again_seconds = 0;
 
   bool succeeded() const { return status == "success"; }
+  bool is_solved_again() const { return again_status == "success"; }
+  /// Whether the second solve was as short as it can be.
+  bool is_short_again() const { return is_solved_again() && (again_kept_branch || method != "homotopy"); }
 };
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlGrowth::Step, sigma, iterations, seconds, complementarity,
                                                 is_solved)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlGrowth, problem, command, intervals, variables, pairs, status,
-                                                message, iterations, seconds, derivative_seconds, steps, again_status,
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlGrowth, problem, method, command, intervals, variables, pairs, status,
+                                                message, iterations, seconds, derivative_seconds, steps, cost, again_status,
                                                 again_kept_branch, again_iterations, again_seconds)
 
 /// One line per run; below those of a problem, exponents in N of what was solved.
 Table growth_table(const std::vector<ControlGrowth>& runs);
-/// Seconds over the number of intervals, a curve per problem.
+/// Per problem and for both methods: what is solved, exponents of time and iterations, cost on many intervals.
+std::vector<Comparison> growth_comparisons(const std::vector<ControlGrowth>& runs);
+/// Seconds over the number of intervals, a curve per problem and method.
 std::vector<GrowthCurve> growth_curves(const std::vector<ControlGrowth>& runs);
 /// One line per relaxation.
 Table homotopy_steps(const std::vector<ControlGrowth>& runs);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "bench/studies/control/goals.h"
 #include "reports/chart.h"
 #include "reports/table.h"
 
@@ -14,6 +15,7 @@ struct SeedRun {
   static constexpr const char* kKind = "seed_run";
 
   std::string problem;
+  std::string method = "homotopy";  ///< or "shooting"
   std::string arguments;  ///< of `ricochet control`, without the seed: what the runs of one group have in common
   unsigned seed = 0;
   std::string status, message;
@@ -23,18 +25,21 @@ struct SeedRun {
 
   // Results of a solved run.
   double cost = 0;
-  std::string stationarity;  ///< "S", "M", "C", "W" or "unknown"
-  bool is_b_stationary = false;
+  std::string stationarity;  ///< "S", "M", "C", "W" or "unknown"; of shooting "B", "B up to an edge" or "not B"
+  bool is_b_stationary = false;  ///< also up to an edge
   std::string replay_status;  ///< of adaptive FESD-J, under the controls found
   double terminal = 0;        ///< max-norm of claim minus replay in (q, v) at T; NaN when there is no replay
 
   bool succeeded() const { return status == "success"; }
   bool is_replayed() const { return replay_status == "success"; }
+  /// By as much as the goal of issue 45 allows.
+  bool is_replayed_exactly() const { return is_replayed() && terminal <= 1e-9; }
+  bool is_certified() const { return succeeded() && is_b_stationary; }
   bool is_timed() const { return cpu_seconds > 0; }
   std::string command() const;  ///< reproduces the run
 };
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(SeedRun, problem, arguments, seed, status, message, iterations, seconds,
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(SeedRun, problem, method, arguments, seed, status, message, iterations, seconds,
                                                 cpu_seconds, cost, stationarity, is_b_stationary, replay_status,
                                                 terminal)
 
@@ -44,6 +49,8 @@ std::vector<SeedGroup> seed_groups(const std::vector<SeedRun>& runs);
 
 /// One line per group: success, stationarity, spread of cost, CPU time and iterations.
 Table seed_table(const std::vector<SeedRun>& runs);
+/// Per problem, the first group of the homotopy and the first of shooting: successes, cost and time.
+std::vector<Comparison> seed_comparisons(const std::vector<SeedRun>& runs);
 /// One line per group and reason without a solution, with the seeds; the first sentence of the reason.
 Table seed_failures(const std::vector<SeedRun>& runs);
 /// Every run.

@@ -35,7 +35,7 @@ SeedGroup replayed(const SeedGroup& group) {
 /// "S 45, W 3", the strongest first.
 std::string stationarities(const SeedGroup& runs) {
   std::string text;
-  for (const char* kind : {"S", "M", "C", "W", "unknown"}) {
+  for (const char* kind : {"B", "B up to an edge", "not B", "S", "M", "C", "W", "unknown"}) {
     if (const auto count = std::ranges::count(runs, kind, &SeedRun::stationarity); count > 0)
       text += fmt::format("{}{} {}", text.empty() ? "" : ", ", kind, count);
   }
@@ -69,6 +69,7 @@ Table seed_table(const std::vector<SeedRun>& runs) {
   const auto cost = [](const G& g) { return values_of(g, &SeedRun::cost); };
   static const std::vector<Column<G>> columns = {
       {"problem", [](const G& g) { return g.front()->problem; }},
+      {"method", [](const G& g) { return g.front()->method; }},
       {"solved", "", "{}",
        [](const G& g) {
          const std::size_t n = solved(g).size();
@@ -81,20 +82,57 @@ Table seed_table(const std::vector<SeedRun>& runs) {
       {"cost", "", "{}", of_solved([=](const G& g) { return quartiles(cost(g)); })},
       {"worst cost", "", "{:.6g}", of_solved([=](const G& g) { return quantile(cost(g), 1); })},
       {"CPU s", "", "{}", of_solved([](const G& g) { return quartiles(values_of(g, &SeedRun::cpu_seconds)); })},
+      {"wall s", "", "{}", of_solved([](const G& g) { return quartiles(values_of(g, &SeedRun::seconds)); })},
       {"iterations", "", "{}", of_solved([](const G& g) { return quartiles(values_of(g, &SeedRun::iterations)); })},
       {"replayed", "", "{}", of_solved([](const G& g) { return replayed(g).size(); })},
+      {"to 1e-9", "", "{}",
+       of_solved([](const G& g) { return rows_where(g, &SeedRun::is_replayed_exactly).size(); })},
       {"off by", "", "{:.1e}",
        of_solved([](const G& g) { return median(values_of(replayed(g), &SeedRun::terminal)); })},
       {"arguments", [](const G& g) { return g.front()->arguments; }},
   };
   Table table = table_of(
       "Random initial guesses", columns, seed_groups(runs),
-      "Cost, CPU time and iterations: quartiles and median of the solved runs; the time includes the guess. "
-      "Stationary: strongest kind that the multipliers prove; B: no feasible descent direction exists. Replayed: runs "
-      "whose controls adaptive FESD-J could apply to the plant. Off by: median of the max-norm of claim minus replay "
+      "Cost, times and iterations: quartiles and median of the solved runs; the time includes the guess. "
+      "Stationary: strongest kind that the multipliers prove; B: no feasible descent direction exists, for shooting "
+      "possibly up to an edge, across which the cost jumps up. Replayed: runs whose controls adaptive FESD-J could apply "
+      "to the plant; to 1e-9: those that end so near to the claim. Off by: median of the max-norm of claim minus replay "
       "in (q, v) at T.");
   table.is_list = true;
-  return without_empty(table, {"CPU s"});
+  return without_empty(table, {"CPU s", "wall s"});
+}
+
+std::vector<Comparison> seed_comparisons(const std::vector<SeedRun>& runs) {
+  std::vector<Comparison> comparisons;
+  const auto groups = seed_groups(runs);
+  for (const auto& problem : different(runs, &SeedRun::problem)) {
+    const auto group_of = [&](const char* method) {
+      return std::ranges::find_if(groups, [&](const SeedGroup& group) {
+        return group.front()->problem == problem && group.front()->method == method;
+      });
+    };
+    const auto homotopy = group_of(kHomotopy), shooting = group_of(kShooting);
+    if (homotopy == groups.end() || shooting == groups.end()) continue;
+    const auto add_count = [&](const char* quantity, bool (SeedRun::*is_counted)() const) {
+      const auto count = [&](const SeedGroup& g) { return rows_where(g, is_counted).size(); };
+      comparisons.push_back({problem, quantity, fmt::format("{} of {}", count(*homotopy), homotopy->size()),
+                             fmt::format("{} of {}", count(*shooting), shooting->size()),
+                             static_cast<double>(count(*shooting))});
+    };
+    add_count("solved", &SeedRun::succeeded);
+    add_count("certified", &SeedRun::is_certified);
+    add_count("replayed to 1e-9", &SeedRun::is_replayed_exactly);
+    const SeedGroup of_homotopy = solved(*homotopy), of_shooting = solved(*shooting);
+    if (of_homotopy.empty() || of_shooting.empty()) continue;
+    const auto add_ratio = [&](const char* quantity, double at, auto member) {
+      comparisons.push_back(quotient(problem, quantity, quantile(values_of(of_homotopy, member), at),
+                                  quantile(values_of(of_shooting, member), at)));
+    };
+    add_ratio("median cost", 0.5, &SeedRun::cost);
+    add_ratio("least cost", 0, &SeedRun::cost);
+    if (shooting->front()->is_timed()) add_ratio("median CPU time", 0.5, &SeedRun::cpu_seconds);
+  }
+  return comparisons;
 }
 
 Table seed_failures(const std::vector<SeedRun>& runs) {
@@ -128,13 +166,14 @@ Table seed_details(const std::vector<SeedRun>& runs) {
   using R = SeedRun;
   static const std::vector<Column<R>> columns = {
       {"problem", &R::problem},
+      {"method", &R::method},
       {"seed", "", "{}", &R::seed},
       {"status", &R::status},
       {"cost", "", "{:.8g}", [](const R& r) { return when(r.succeeded(), r.cost); }},
       {"stationary", [](const R& r) { return r.succeeded() ? r.stationarity : "-"; }},
       {"B", [](const R& r) { return r.succeeded() && r.is_b_stationary ? "yes" : "-"; }},
-      {"CPU s", "", "{:.1f}", &R::cpu_seconds},
-      {"wall s", "", "{:.1f}", &R::seconds},
+      {"CPU s", "", "{:.2f}", &R::cpu_seconds},
+      {"wall s", "", "{:.2f}", &R::seconds},
       {"iterations", "", "{}", &R::iterations},
       {"off by", "", "{:.1e}", [](const R& r) { return when(r.succeeded() && r.is_replayed(), r.terminal); }},
       {"reason", &R::message},

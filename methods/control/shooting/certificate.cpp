@@ -156,9 +156,8 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
     }
   }
   if (problem.is_time_free) {
-    const double T = static_cast<double>(N) * motion.H;
-    if (T <= problem.T_lower * (1 + kActiveConstraint)) lower[scaled.size() - 1] = 0;
-    if (T >= problem.T_upper * (1 - kActiveConstraint)) upper[scaled.size() - 1] = 0;
+    if (motion.H <= program.H_lower() * (1 + kActiveConstraint)) lower[scaled.size() - 1] = 0;
+    if (motion.H >= program.H_upper() * (1 - kActiveConstraint)) upper[scaled.size() - 1] = 0;
   }
 
   const auto examine = [&](const Vector& g, const Vector& signs, const ActiveConstraints& constraints) {

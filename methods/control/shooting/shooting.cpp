@@ -62,6 +62,11 @@ Shooting::Shooting(const OptimalControlProblem& problem, const ButcherTableau& t
   check(options);
 }
 
+void Shooting::set_time_limit(double time_limit) {
+  options_.time_limit = time_limit;
+  check(options_);
+}
+
 double Shooting::violation(const PlantMotion& motion) {
   return motion.violation + motion.terminal.lpNorm<1>();
 }
@@ -83,7 +88,16 @@ bool Shooting::begin(const Matrix& u, double T) {
                      fmt::format("{} x the number of intervals are required", info.n_u));
   const double time = problem_.is_time_free ? std::clamp(T, problem_.T_lower, problem_.T_upper) : T;
   const Matrix inside = u.cwiseMax(problem_.u.lower.replicate(1, N)).cwiseMin(problem_.u.upper.replicate(1, N));
+  program_.set_H_bounds(problem_.T_lower / static_cast<double>(N), problem_.T_upper / static_cast<double>(N));
   runner_.run(info.q0, info.v0, inside, time / static_cast<double>(N), motion_);
+  gains_.clear();
+  restart();
+  nu_ = 1 + std::abs(motion_.cost);
+  return motion_.succeeded();
+}
+
+/// The state of an iteration that starts from motion_.
+void Shooting::restart() {
   status_ = motion_.status;
   message_ = motion_.succeeded() ? "" : "first guess: " + motion_.message;
   iterations_ = 0;
@@ -92,9 +106,7 @@ bool Shooting::begin(const Matrix& u, double T) {
   next_retreat_ = 0;
   last_size_ = std::numeric_limits<double>::infinity();
   Delta_ = options_.Delta;
-  nu_ = 1 + std::abs(motion_.cost);
   is_linearised_ = false;
-  return motion_.succeeded();
 }
 
 /// Runs (2). @param actual  decrease of (3). @return whether it is accepted
@@ -149,6 +161,7 @@ Shooting::Outcome Shooting::iterate(ShootingIteration& report) {
       message_ = "a derivative of the motion is not finite";
       return Outcome::stalled;
     }
+    gains_ = step->K;
     const double predicted = program_.predicted_decrease(*step), size = program_.step_size(*step);
     const double no_decrease = kNoDecrease * (1 + std::abs(merit(motion_)));
     report.step = size;
@@ -328,11 +341,47 @@ ControlSolution Shooting::solve(std::span<const Matrix> guesses, double T, const
   return result();
 }
 
+ControlSolution Shooting::resolve(int passed, const Vector& q, const Vector& v, const Progress& progress) {
+  start_ = now();
+  derivative_seconds_ = 0;
+  const Eigen::Index n = 2 * runner_.plant().n_q();
+  const int N = static_cast<int>(motion_.u.cols()) - passed;
+  std::vector<Matrix> gains;
+  if (!gains_.empty()) gains.assign(gains_.begin() + passed, gains_.end());
+  bool has_feedback = false;
+  const auto policy = [&](int k, const Eigen::Ref<const Vector>& x, Eigen::Ref<Vector> u) {
+    u = motion_.u.col(passed + k);
+    if (!has_feedback) return;
+    u += gains[static_cast<std::size_t>(k)].leftCols(n) * (x - motion_.x.col(passed + k));
+    u = u.cwiseMax(problem_.u.lower).cwiseMin(problem_.u.upper).eval();
+  };
+  runner_.run(q, v, policy, N, motion_.H, trial_);
+  if (!gains.empty()) {
+    PlantMotion with_feedback;
+    has_feedback = true;
+    runner_.run(q, v, policy, N, motion_.H, with_feedback);
+    if (with_feedback.succeeded() && (!trial_.succeeded() || merit(with_feedback) < merit(trial_)))
+      std::swap(trial_, with_feedback);
+  }
+  if (!trial_.succeeded()) {
+    ControlSolution failed;
+    failed.status = trial_.status;
+    failed.message = "rest of the last motion: " + trial_.message;
+    failed.seconds = now() - start_;
+    return failed;
+  }
+  std::swap(motion_, trial_);
+  gains_ = std::move(gains);
+  restart();
+  finish(progress);
+  return result();
+}
+
 ControlSolution Shooting::result() const {
   ControlSolution solution;
   solution.status = status_;
   solution.message = message_;
-  solution.trajectory = runner_.trajectory(motion_);
+  if (motion_.succeeded()) solution.trajectory = runner_.trajectory(motion_);
   const WorstConstraint worst = runner_.worst(motion_);
   solution.violation = worst.value;
   solution.violated = worst.name;
@@ -340,7 +389,10 @@ ControlSolution Shooting::result() const {
   solution.rollouts = runner_.rollouts();
   solution.seconds = now() - start_;
   solution.derivative_seconds = derivative_seconds_;
-  if (is_examined_) solution.stationarity = certificate_.describe();
+  if (is_examined_) {
+    solution.stationarity = certificate_.describe();
+    solution.is_b_stationary = certificate_.is_b_stationary;
+  }
   if (solution.succeeded() && worst.value > options_.feasibility) {
     solution.status = Status::infeasible;
     solution.message = fmt::format("the least violation found is {:.3g}: {}", worst.value, worst.name);

@@ -2,6 +2,7 @@
 
 #include <functional>
 #include <span>
+#include <vector>
 
 #include "methods/control/control_solution.h"
 #include "methods/control/shooting/certificate.h"
@@ -70,11 +71,23 @@ class Shooting {
   /// Solves from the best of several guesses: each takes a few iterations, and the one with the least (3) goes on.
   ControlSolution solve(std::span<const Matrix> guesses, double T, const Progress& progress = {});
 
+  /// Solves the rest of the task of the last solve() after `passed` intervals of the last motion, from the state (q, v) of
+  /// the plant before an impact there. Only the remaining intervals are unknowns; a free end time is N times the length
+  /// of one of them. The start is the rest of the last motion, with the feedback (2) of its last step or without,
+  /// whichever costs less. If the plant can run neither, the solution has no trajectory and the last motion stays.
+  /// @param passed  less than the number of intervals of that motion
+  ControlSolution resolve(int passed, const Vector& q, const Vector& v, const Progress& progress = {});
+
+  /// Limit of the wall time of the following solves [s]; 0 for none. @throws InputError if it is negative
+  void set_time_limit(double time_limit);
+  double time_limit() const { return options_.time_limit; }
+
  private:
   /// How an iteration ended.
   enum class Outcome : std::uint8_t { accepted, stationary, stalled, out_of_time };
 
   bool begin(const Matrix& u, double T);
+  void restart();
   Outcome iterate(ShootingIteration& report);
   void iterate_until_done(int max_iterations, const Progress& progress);
   void finish(const Progress& progress);
@@ -87,7 +100,7 @@ class Shooting {
   ControlSolution result() const;
 
   const OptimalControlProblem& problem_;
-  const ShootingOptions options_;
+  ShootingOptions options_;
   PlantRunner runner_;
   MotionLineariser lineariser_;
   ShootingProgram program_;
@@ -96,6 +109,7 @@ class Shooting {
   PlantMotion motion_, trial_, corrected_;
   double nu_ = 1, Delta_ = 1;
   bool is_linearised_ = false;
+  std::vector<Matrix> gains_;  // K of the last step; empty before it
   // Of the last iteration.
   Status status_ = Status::success;
   std::string message_;

@@ -86,14 +86,18 @@ void ShootingProgram::add_stage(const Element& e, const Sensitivity::ElementDeri
   all.d.conservativeResize(used);
 }
 
+void ShootingProgram::set_H_bounds(double lower, double upper) {
+  H_lower_ = lower;
+  H_upper_ = upper;
+}
+
 void ShootingProgram::set(const PlantMotion& motion, const MotionLineariser& linearised) {
   const auto N = motion.steps.size();
   qp_.stages.resize(N);
   qp_.dx_0.setZero(n_x_);
   u_ = motion.u;
   H_ = motion.H;
-  if (is_time_free_)
-    H_scale_ = std::max((problem_.T_upper - problem_.T_lower) / (2 * static_cast<double>(N)), kSmallestRange * H_);
+  if (is_time_free_) H_scale_ = std::max((H_upper_ - H_lower_) / 2, kSmallestRange * H_);
   has_guards_ = false;
   guards_.clear();
   rows_.resize(N);
@@ -197,9 +201,8 @@ void ShootingProgram::set_bounds(double Delta, double nu) {
   qp_.end.E_weight.setConstant(qp_.end.r.size(), nu);
   qp_.free.clear();
   if (!is_time_free_) return;
-  const auto N = static_cast<double>(qp_.stages.size());
-  qp_.free.push_back({static_cast<int>(2 * n_q_), std::min(std::max(problem_.T_lower / N - H_, -Delta * H_scale_), 0.0),
-                      std::max(std::min(problem_.T_upper / N - H_, Delta * H_scale_), 0.0)});
+  qp_.free.push_back({static_cast<int>(2 * n_q_), std::min(std::max(H_lower_ - H_, -Delta * H_scale_), 0.0),
+                      std::max(std::min(H_upper_ - H_, Delta * H_scale_), 0.0)});
 }
 
 void ShootingProgram::use_rows(double margin) {

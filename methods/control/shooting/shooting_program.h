@@ -25,6 +25,10 @@ class ShootingProgram {
   /// @param runner  must outlive this object
   explicit ShootingProgram(PlantRunner& runner);
 
+  /// Bounds of H where the end time is free [s].
+  void set_H_bounds(double lower, double upper);
+  double H_lower() const { return H_lower_; }
+  double H_upper() const { return H_upper_; }
   /// Sets everything but Delta, nu and the guards. @param linearised  of the motion
   void set(const PlantMotion& motion, const MotionLineariser& linearised);
   /// Appends the guards of the motion to (3), once.
@@ -104,7 +108,7 @@ class ShootingProgram {
   const bool is_time_free_;
   const int n_x_;
   Vector scale_;  // s
-  double H_scale_ = 1;
+  double H_scale_ = 1, H_lower_ = 0, H_upper_ = 0;
 
   HorizonQp qp_;  // its rows are the used ones
   HorizonQpSolver solver_;

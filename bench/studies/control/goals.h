@@ -1,0 +1,51 @@
+#pragma once
+
+#include <fmt/format.h>
+
+#include <limits>
+#include <nlohmann/json.hpp>
+#include <string>
+#include <vector>
+
+#include "reports/results.h"
+#include "reports/table.h"
+
+/// @file
+/// Two methods of optimal control against each other, with the goals that an experiment states.
+
+namespace ricochet {
+
+inline constexpr const char *kHomotopy = "homotopy", *kShooting = "shooting";
+
+/// A quantity of both methods on one problem, and what an experiment wants of it.
+struct Comparison {
+  std::string problem, quantity;
+  std::string homotopy, shooting;  ///< its values as text; empty where a method has none
+  /// What the goal is about: mostly shooting divided by homotopy. NaN where there is none.
+  double reached = std::numeric_limits<double>::quiet_NaN();
+};
+
+/// A comparison of numbers, whose quotient is reached.
+Comparison quotient(const std::string& problem, const std::string& quantity, double homotopy, double shooting);
+
+/// Of "goals" of an experiment: {"problem", "quantity", "at_most" or "at_least"}.
+struct ControlGoal {
+  std::string problem, quantity;
+  double at_most = std::numeric_limits<double>::quiet_NaN(), at_least = at_most;
+};
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlGoal, problem, quantity, at_most, at_least)
+
+/// One line per comparison, with the goal beside what is reached.
+/// @param header  of the results, with the "goals"
+Table comparison_table(const std::vector<Comparison>& comparisons, const nlohmann::json& header);
+
+/// Field of the experiments.
+inline constexpr const char* kGoalsField =
+    R"~("goals": {"type": "array", "description": "What shooting is to reach, for the table of both methods.", "items": {
+      "type": "object", "additionalProperties": false, "required": ["problem", "quantity"], "properties": {
+        "problem": {"type": "string", "description": "Of `ricochet control`.", "examples": ["two_carts"]},
+        "quantity": {"type": "string", "description": "A line of the table.", "examples": ["median cost"]},
+        "at_most": {"type": "number", "description": "Largest value, mostly of shooting divided by homotopy.", "examples": [0.1]},
+        "at_least": {"type": "number", "description": "Least value.", "examples": [50]}}}})~";
+
+}  // namespace ricochet
