@@ -88,10 +88,11 @@ std::string why_no_error(const Pair& pair) {
   return {};
 }
 
-/// Reason why a run is incomplete, and has no work, residual or error to compare; empty for a complete run.
+/// Reason why a run is incomplete, and has no work, residual or error to compare; empty for a complete run. A step that
+/// ends where a formula changes its branch is one more.
 std::string reason_incomplete(const Run& now) {
   const auto counted = now.counters.steps;
-  const bool is_whole = is_error_controlled(now) ? counted > 0 : counted == now.setting.steps;
+  const bool is_whole = is_error_controlled(now) ? counted > 0 : counted >= now.setting.steps;
   if (is_whole) return {};
   return is_error_controlled(now) ? "success without a step"
                                   : fmt::format("success with {} of {} steps", counted, now.setting.steps);
