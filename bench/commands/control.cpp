@@ -78,16 +78,19 @@ void print_impulses(const OptimalControlProblem& problem, const ControlTrajector
 }
 
 /// States, controls and forces; frames and an animation where the problem has a geometry.
-void draw(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, const std::string& discretisation,
+void draw(const OptimalControlProblem& problem, const ControlSolution& solution, const ControlOptions& options,
           const std::string& folder) {
   ControlRun run;
+  run.method = options.method;
   run.problem = problem.id;
   run.title = problem.title;
-  run.discretisation = discretisation;
+  run.discretisation = options.describe(problem);
   run.status = to_string(Status::success);
-  describe_claim(problem, trajectory, run);
+  describe_claim(problem, solution, run);
   const FigureFolder figures(folder);
   fmt::print("figure     {}/{}\n", folder, draw_chart(figures, control_chart({run}, problem.id)).front().file);
+  fmt::print("progress   {}/{}\n", folder,
+             draw_chart(figures, progress_chart({run}, problem.id + "_progress")).front().file);
   if (!problem.plant->info().geometry) return;
   fmt::print("frames     {}/{}\n", folder, draw_frames(figures, problem, run, problem.id + "_frames").file);
   fmt::print("animation  {}/{}\n", folder, draw_scene(figures, problem, run, problem.id + "_scene").file);
@@ -141,7 +144,7 @@ int solve_control_problem(const ControlArguments& options) {
                controls_csv(trajectory.u, trajectory.T / static_cast<double>(trajectory.u.cols())));
     fmt::print("controls   {}\n", options.csv);
   }
-  if (!options.plot.empty()) draw(*problem, trajectory, discretisation, options.plot);
+  if (!options.plot.empty()) draw(*problem, solution, options.control, options.plot);
   if (!options.no_replay) fmt::print("\n{}", replay_table(*problem, trajectory).text());
   return 0;
 }

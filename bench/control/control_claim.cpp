@@ -14,8 +14,13 @@ std::vector<double> list(const Vector& x) {
 
 }  // namespace
 
-void describe_claim(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, ControlRun& run) {
+void describe_claim(const OptimalControlProblem& problem, const ControlSolution& solution, ControlRun& run) {
   const ProblemInfo& info = problem.plant->info();
+  const ControlTrajectory& trajectory = solution.trajectory;
+  for (const ControlIterate& at : solution.progress) {
+    run.progress_iterations.push_back(at.iterations);
+    run.progress_cost.push_back(at.cost);
+  }
   run.claimed_cost = trajectory.objective;
   run.T = trajectory.T;
   for (const auto& u : trajectory.u.colwise()) run.u.push_back(list(u));

@@ -153,8 +153,9 @@ void ControlOptions::add(CLI::App& command) {
                   "number of the best controls of --explore that are tried for a few iterations; the best goes on")
       ->group(kOfShooting);
   command
-      .add_option("--refine", refine,
-                  "solve on 2^K times fewer intervals first, then K times split each in two; --explore is on the fewest")
+      .add_option(
+          "--refine", refine,
+          "solve on 2^K times fewer intervals first, then K times split each in two; --explore is on the fewest")
       ->type_name("K")
       ->group(kOfShooting);
   command.add_option("--seed", exploration.seed, "seed of --explore and --noise")

@@ -33,6 +33,9 @@ ControlSolution HomotopyControlSolver::take() {
   solution.kept_branch = last_.kept_branch;
   solution.steps = last_.steps;
   solution.iterations = last_.iterations;
+  int iterations = 0;
+  for (const HomotopyStep& step : last_.steps)
+    solution.progress.push_back({iterations += step.iterations, step.objective, step.violation});
   solution.seconds = last_.seconds;
   solution.derivative_seconds = last_.derivative_seconds;
   if (!last_.succeeded()) return solution;
@@ -53,8 +56,15 @@ ShootingControlSolver::ShootingControlSolver(const OptimalControlProblem& proble
 
 ControlSolution ShootingControlSolver::solve() {
   shooting_.set_time_limit(options_.time_limit);
+  std::vector<ControlIterate> progress;
   ControlSolution solution =
-      solve_refined(shooting_, start_.guesses, start_.refine, problem_.plant->info().end_time, progress_);
+      solve_refined(shooting_, start_.guesses, start_.refine, problem_.plant->info().end_time,
+                    [&](const ShootingIteration& iteration) {
+                      progress.push_back({iteration.number - 1, iteration.cost, iteration.violation});
+                      if (progress_) progress_(iteration);
+                    });
+  progress.push_back({solution.iterations, solution.trajectory.objective, solution.violation});
+  solution.progress = std::move(progress);
   plan_ = solution.trajectory;
   first_ = 0;
   return solution;

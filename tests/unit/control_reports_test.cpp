@@ -158,7 +158,9 @@ std::vector<double> list_in(const std::string& text, const std::string& begin, c
 
 TEST(Drawings, FollowTheClaimAndItsForces) {
   // Cart 2 at 1 + t^3: the cubic through both ends.
-  ControlTrajectory trajectory;
+  ControlSolution solution;
+  solution.progress = {{0, 20, 1}, {3, 12, 0}};
+  ControlTrajectory& trajectory = solution.trajectory;
   trajectory.u = Matrix::Ones(1, 2);
   trajectory.T = 2;
   trajectory.u(0, 1) = -3;
@@ -168,7 +170,12 @@ TEST(Drawings, FollowTheClaimAndItsForces) {
   const auto problem = make_control_problem("two_carts");
   ControlRun run;
   run.title = "one < two";
-  describe_claim(*problem, trajectory, run);
+  run.problem = "two_carts";
+  describe_claim(*problem, solution, run);
+  const Chart progress = progress_chart({run}, "progress");
+  ASSERT_EQ(progress.panels.front().series.size(), 1u);
+  EXPECT_EQ(progress.panels.front().series.front().points, (Chart::Points{{3, 12}}))
+      << "an axis of logarithms has no 0";
   ASSERT_EQ(run.impacts.size(), 1u) << "the other one is too small to be an impact";
   const auto folder = std::filesystem::temp_directory_path() / ("ricochet_frames_" + std::to_string(getpid()));
   const auto drawn = [&](const Figure& figure) {

@@ -133,6 +133,11 @@ bool has_impacts(const ControlRun& run) {
   return !run.impacts.empty();
 }
 
+std::string run_name(const ControlRun& run) {
+  return (run.method == "shooting" ? "shooting, " : "") + run.discretisation +
+         (run.succeeded() ? "" : ": " + run.status);
+}
+
 struct Row {
   const char* label;
   void (*add)(const ControlRun& run, Chart::Panel& panel);
@@ -140,6 +145,29 @@ struct Row {
 };
 
 }  // namespace
+
+Chart progress_chart(const std::vector<ControlRun>& runs, const std::string& file) {
+  Chart chart{
+      .name = runs.front().problem + "_progress",
+      .file = file,
+      .title = runs.front().problem + ": cost over iterations",
+      .caption =
+          "Shooting: the cost of the plant's motion at every iteration, which may violate constraints at first. "
+          "Homotopy: the cost of each relaxation, whose motions violate the plant less and less."};
+  Chart::Panel& panel = chart.panels.emplace_back(
+      Chart::Panel{.x = {.label = "iterations", .is_log = true}, .y = {.label = "cost", .is_log = true}});
+  std::size_t k = 0;
+  for (const ControlRun& run : runs) {
+    Chart::Points points;
+    for (std::size_t i = 0; i < run.progress_cost.size(); ++i) {
+      if (run.progress_iterations[i] > 0) points.emplace_back(run.progress_iterations[i], run.progress_cost[i]);
+      panel.y.is_log = panel.y.is_log && run.progress_cost[i] > 0;
+    }
+    panel.add(run_name(run), CurveLook::plain(k++), run.method == "shooting" ? Chart::Drawn::line : Chart::Drawn::both,
+              points);
+  }
+  return chart;
+}
 
 Chart control_chart(const std::vector<ControlRun>& runs, const std::string& file) {
   std::vector<Row> rows = {{"position", add_positions, true},
@@ -167,7 +195,7 @@ Chart control_chart(const std::vector<ControlRun>& runs, const std::string& file
   for (const Row& row : rows) {
     const bool is_first = &row == &rows.front(), is_last = &row == &rows.back();
     for (const ControlRun& run : runs) {
-      const std::string name = (run.method == "shooting" ? "shooting, " : "") + run.discretisation + (run.succeeded() ? "" : ": " + run.status);
+      const std::string name = run_name(run);
       Chart::Panel& panel = chart.panels.emplace_back(
           Chart::Panel{.title = is_first ? name : "",
                        .x = {.label = is_last ? "t [s]" : "", .from = 0, .to = run.T > 0 ? run.T : 1},

@@ -22,6 +22,8 @@ Table control_failures(const std::vector<ControlRun>& runs);
 /// Claimed and replayed motion, velocities, controls, contact forces and impulses of the runs of one problem, side by
 /// side.
 Chart control_chart(const std::vector<ControlRun>& runs, const std::string& file);
+/// Cost over iterations of the runs of one problem that report it.
+Chart progress_chart(const std::vector<ControlRun>& runs, const std::string& file);
 /// The claimed motion with its forces, for a problem with a geometry: in twelve frames, and as an animation.
 Figure draw_frames(const FigureFolder& folder, const OptimalControlProblem& problem, const ControlRun& run,
                    const std::string& name);
