@@ -114,13 +114,13 @@ void print_iteration(const ShootingIteration& at) {
 
 int solve_by_shooting(const ControlArguments& options, const OptimalControlProblem& problem) {
   Shooting shooting(problem, tableau_argument(problem.tableau), options.control.shooting);
-  const auto [guesses, notes] = guessed_controls(options.control, problem);
-  for (const auto& note : notes) fmt::print("{}\n", note);
+  const GuessedControls guess = guessed_controls(options.control, problem);
+  for (const auto& note : guess.notes) fmt::print("{}\n", note);
   const std::string discretisation = options.control.describe(problem);
   fmt::print("problem    {}: {}\n", problem.id, problem.title);
   fmt::print("shooting   {}\n  {:>9}  {:>14}  {:>8}  {:>8}  {:>8}  {:>7}\n", discretisation, "iteration", "cost",
              "violated", "step", "region", "s");
-  const ControlSolution solution = shooting.solve(guesses, problem.plant->info().end_time, print_iteration);
+  const ControlSolution solution = shooting.solve(guess.u, guess.T, print_iteration);
   fmt::print("status     {}{}\n", to_string(solution.status), solution.message.empty() ? "" : ": " + solution.message);
   fmt::print("solved in  {:.3f} s, {} iterations, {} rollouts, {:.0f} % in derivatives\n", solution.seconds,
              solution.iterations, solution.rollouts,

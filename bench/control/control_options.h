@@ -47,6 +47,7 @@ struct ControlOptions {
   int from_time_stepping = 0;  ///< steps per interval; 0: not used
   ExplorationOptions exploration{.rounds = 0};
   double noise = 0;
+  double from_relaxation = 0;  ///< sigma of its last relaxation; 0: not used
   ShootingOptions shooting;
 
   /// Adds the options to `command`. An option of the other method is an InputError.
@@ -60,7 +61,9 @@ struct ControlOptions {
   /// With the guess of the problem; guessed_transcription() makes the selected guess.
   /// @param made  by make_problem(), outlives the transcription. @throws InputError
   std::unique_ptr<Transcription> make_transcription(const OptimalControlProblem& made) const;
-  HomotopyOptions homotopy_options() const;
+  HomotopyOptions homotopy_options() const;  ///< of the method homotopy. @throws InputError
+  /// The same for the relaxations of --from-relaxation.
+  HomotopyOptions relaxation_options() const;
   /// "FESD-J radau-iia:3, 10 intervals of 2 elements"
   std::string describe(const OptimalControlProblem& made) const;
 };

@@ -23,6 +23,8 @@ class Transcription {
   Mpcc& mpcc() { return mpcc_; }
   /// Reads the motion out of a solution x.
   virtual ControlTrajectory trajectory(const Vector& x) const = 0;
+  /// (q, v) of a solution x at the boundaries of the intervals, before an impact there: 2 n_q x (N + 1).
+  Matrix states(const Vector& x) const;
   /// Sets the guess of all variables from these controls and the motion of the pivoting solver under them.
   /// @param u  n_u x N. @return its status; variables after a failure keep the plain guess
   Status guess_from_simulation(const Matrix& u);
