@@ -4,6 +4,7 @@
 
 #include <random>
 
+#include "methods/control/shooting/tracking.h"
 #include "methods/runge_kutta/tableau_argument.h"
 
 namespace ricochet {
@@ -25,6 +26,7 @@ Matrix time_stepping_controls(ControlOptions options, const OptimalControlProble
   options.discretisation = "time_stepping";
   options.steps = options.from_time_stepping;
   options.from_time_stepping = 0;
+  options.method = "homotopy";
   options.simulate = true;
   const auto transcription = guessed_transcription(options, problem).transcription;
   const MpccSolution solution = Homotopy(options.homotopy_options()).solve(transcription->mpcc());
@@ -41,6 +43,28 @@ ExplorationResult explored_controls(const ExplorationOptions& options, const Opt
       fmt::format("explored   {} rollouts in {:.2f} s, {} of them without a solution: cost {:.6g}, violation {:.2g}",
                   found.rollouts, found.seconds, found.failed, found.rollout.cost, found.rollout.violation));
   return found;
+}
+
+/// Relaxes the discretised problem, from the guess of the homotopy, and lets the plant follow that motion.
+void follow_relaxation(const ControlOptions& options, const OptimalControlProblem& problem, GuessedControls& guess) {
+  HomotopyOptions homotopy = options.relaxation_options();
+  auto [transcription, notes] = guessed_transcription(options, problem);
+  guess.notes = std::move(notes);
+  const MpccSolution relaxed = Homotopy(homotopy).solve(transcription->mpcc());
+  guess.notes.push_back(fmt::format("relaxed    {} in {:.2f} s, {} iterations: objective {:.6g}, violation {:.1e}",
+                                    relaxed.succeeded() ? "success" : relaxed.message, relaxed.seconds,
+                                    relaxed.iterations, relaxed.objective, relaxed.violation.value));
+  const ControlTrajectory trajectory = transcription->trajectory(relaxed.x);
+  const double H = trajectory.T / problem.n_intervals;
+  PlantRunner runner(problem, tableau_argument(problem.tableau));
+  const Tracking tracked = track(runner, trajectory.u, H, transcription->states(relaxed.x), {});
+  PlantMotion motion;
+  runner.run(problem.plant->info().q0, problem.plant->info().v0, tracked.u, H, motion);
+  guess.notes.push_back(fmt::format("tracked    {} rollouts, distance {:.2g}: cost {:.6g}, violation {:.1e}{}{}",
+                                    runner.rollouts(), tracked.distance, motion.cost, runner.worst(motion).value,
+                                    tracked.message.empty() ? "" : "; ", tracked.message));
+  guess.u.push_back(tracked.u);
+  guess.T = trajectory.T;
 }
 
 }  // namespace
@@ -65,7 +89,11 @@ GuessedTranscription guessed_transcription(const ControlOptions& options, const 
 GuessedControls guessed_controls(const ControlOptions& options) {
   const auto problem = options.make_coarse_problem();
   GuessedControls guess;
-  if (options.exploration.rounds > 0) guess.u = explored_controls(options.exploration, *problem, guess.notes).starts;
+  guess.T = problem->plant->info().end_time;
+  if (options.from_relaxation > 0)
+    follow_relaxation(options, *problem, guess);
+  else if (options.exploration.rounds > 0)
+    guess.u = explored_controls(options.exploration, *problem, guess.notes).starts;
   if (guess.u.empty()) guess.u.push_back(problem->guess(problem->n_intervals));
   return guess;
 }
@@ -80,7 +108,8 @@ PreparedMethod prepared_method(const ControlOptions& options, const OptimalContr
     made.notes = std::move(guess.notes);
     made.solver = std::make_unique<ShootingControlSolver>(
         problem, tableau, options.shooting,
-        ShootingControlSolver::Start{std::move(guess.u), options.refine, options.update_limit}, progress.shooting);
+        ShootingControlSolver::Start{std::move(guess.u), guess.T, options.refine, options.update_limit},
+        progress.shooting);
     return made;
   }
   const HomotopyOptions homotopy = options.homotopy_options();

@@ -21,9 +21,11 @@ struct GuessedTranscription {
 /// @param problem  by options.make_problem(), outlives the transcription  @throws InputError
 GuessedTranscription guessed_transcription(const ControlOptions& options, const OptimalControlProblem& problem);
 
-/// First guesses of the controls for shooting: the best of a random search, or the control of the problem.
+/// First guesses of the controls for shooting: those with which the plant follows a relaxation, the best of a random
+/// search, or the control of the problem.
 struct GuessedControls {
   std::vector<Matrix> u;           ///< n_u x N / 2^refine each, the best first
+  double T = 0;                    ///< [s]
   std::vector<std::string> notes;  ///< as above
 };
 GuessedControls guessed_controls(const ControlOptions& options);

@@ -16,6 +16,9 @@
 namespace ricochet {
 namespace {
 
+/// Part of the time limit that --from-relaxation may take.
+constexpr double kRelaxationTime = 0.5;
+
 /// The value of an option that takes one of a few names.
 template <class Value>
 Value choose(const std::string& option, const std::string& name, const Names<Value>& names) {
@@ -74,45 +77,45 @@ void ControlOptions::add(CLI::App& command) {
   command.add_option("--tableau", tableau, "Runge-Kutta tableau, FAMILY:STAGES or @FILE");
   command.add_option("--cross", cross, "form of the cross complementarity: sparse, per_stage or aggregated")
       ->capture_default_str()
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command.add_option("--impulses", impulses, "form of the impulses: position_velocity or slack")
       ->capture_default_str()
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command.add_option("--cone", cone, "friction cone: exact, squared or polyhedral")
       ->capture_default_str()
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command.add_option("--equilibration", equilibration, "step equilibration: objective, exact, tanh or none")
       ->capture_default_str()
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command.add_option("--rho", equations.rho, "weight of --equilibration objective")
       ->capture_default_str()
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command
       .add_flag("!--capture", equations.no_capture,
                 "let a closed element absorb a bounce, as the published equations do")
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command.add_flag("--project", equations.projects, "project end velocities of curved contacts without friction")
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command.add_option("--eps-c", equations.eps_c, "fraction of a step over which open gaps must stay open; 0 for none")
       ->capture_default_str()
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command.add_option("--relaxation", homotopy.relaxation, "relaxation of the complementarity pairs")
       ->capture_default_str()
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command.add_option("--sigma-0", homotopy.sigma_0, "first relaxation parameter")
       ->capture_default_str()
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command.add_option("--sigma-final", homotopy.sigma_final, "last relaxation parameter before the crossover")
       ->capture_default_str()
       ->group(kOfHomotopy);
   command.add_option("--factor", homotopy.factor, "factor from one relaxation parameter to the next")
       ->capture_default_str()
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command.add_flag("--superlinear", superlinear, "use sigma to the power 1.5 if it is less than factor * sigma")
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command.add_option("--linear-solver", linear_solver, "solver of Ipopt's linear systems: mumps or ldl")
       ->capture_default_str()
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command
       .add_option("--max-iterations", homotopy.max_iterations,
                   "limit of iterations: of a homotopy step, or of shooting (default there: 300)")
@@ -129,13 +132,13 @@ void ControlOptions::add(CLI::App& command) {
   command
       .add_flag("--simulate", simulate,
                 "initial guess: the motion under the guessed control (default: a constant state)")
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command
       .add_option(
           "--from-time-stepping", from_time_stepping,
           "initial guess: the motion under controls found by time stepping with this number of steps per interval")
       ->check(positive_number())
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command
       .add_option("--explore", exploration.rounds,
                   "initial guess: the best motion of a random search over the controls with this number of rounds")
@@ -147,7 +150,7 @@ void ControlOptions::add(CLI::App& command) {
       ->check(CLI::Number);
   command.add_option("--noise", noise, "largest random change of the guessed positions")
       ->capture_default_str()
-      ->group(kOfHomotopy);
+      ->group(kOfRelaxation);
   command
       .add_option("--starts", exploration.starts,
                   "number of the best controls of --explore that are tried for a few iterations; the best goes on")
@@ -158,16 +161,26 @@ void ControlOptions::add(CLI::App& command) {
           "solve on 2^K times fewer intervals first, then K times split each in two; --explore is on the fewest")
       ->type_name("K")
       ->group(kOfShooting);
+  command
+      .add_option(
+          "--from-relaxation", from_relaxation,
+          "initial guess: controls with which the plant follows the motion of a relaxation, from --sigma-0 down "
+          "to this relaxation parameter")
+      ->group(kOfShooting);
   command.add_option("--seed", exploration.seed, "seed of --explore and --noise")
       ->check(non_negative_number())
       ->capture_default_str();
   command.parse_complete_callback([this, &command] {
-    const std::string other = is_shooting() ? kOfHomotopy : kOfShooting;
+    const bool relaxes = !is_shooting() || command.get_option("--from-relaxation")->count() > 0;
+    const auto is_of_other = [&](const std::string& group) {
+      return group == (is_shooting() ? kOfHomotopy : kOfShooting) || (group == kOfRelaxation && !relaxes);
+    };
     const bool is_other_discretisation = is_shooting() && discretisation != "fesd";
     if (is_other_discretisation)
       throw InputError("--discretisation", discretisation, "fesd is required, the only one of --method shooting");
     for (const CLI::Option* option : command.get_options()) {
-      if (option->count() == 0 || option->get_group() != other || option->get_name() == "--discretisation") continue;
+      if (option->count() == 0 || !is_of_other(option->get_group()) || option->get_name() == "--discretisation")
+        continue;
       throw InputError(option->get_name(), fmt::format("{}", fmt::join(option->results(), " ")),
                        fmt::format("no value is allowed with --method {}, which has no such option", method));
     }
@@ -179,8 +192,14 @@ void ControlOptions::add(CLI::App& command) {
     if (command.get_option("--knots")->count() > 0 && exploration.knots < 2)
       throw InputError("--knots", exploration.knots,
                        "a number from 2 to the number of control intervals that --explore searches on is required");
-    if (is_shooting() && command.get_option("--max-iterations")->count() > 0)
+    if (command.get_option("--from-relaxation")->count() > 0 &&
+        !(from_relaxation > 0 && from_relaxation <= homotopy.sigma_0))
+      throw InputError("--from-relaxation", from_relaxation,
+                       fmt::format("a number > 0 and <= --sigma-0 = {:g} is required", homotopy.sigma_0));
+    if (is_shooting() && command.get_option("--max-iterations")->count() > 0) {
       shooting.max_iterations = homotopy.max_iterations;
+      homotopy.max_iterations = ControlOptions().homotopy.max_iterations;
+    }
     shooting.time_limit = homotopy.time_limit;
   });
 }
@@ -240,10 +259,18 @@ std::unique_ptr<Transcription> ControlOptions::make_transcription(const OptimalC
 
 HomotopyOptions ControlOptions::homotopy_options() const {
   if (is_shooting()) throw InputError("--method", method, "homotopy is required here");
+  return relaxation_options();
+}
+
+HomotopyOptions ControlOptions::relaxation_options() const {
   HomotopyOptions result = homotopy;
   result.warm_time_limit = update_limit;
   result.linear_solver = choose("--linear-solver", linear_solver, linear_solver_names());
   if (superlinear) result.update = SigmaUpdate::superlinear;
+  if (!is_shooting()) return result;
+  result.sigma_final = from_relaxation;
+  result.cross_over = false;
+  result.time_limit = kRelaxationTime * homotopy.time_limit;
   return result;
 }
 

@@ -47,13 +47,15 @@ struct ControlOptions {
   int from_time_stepping = 0;  ///< steps per interval; 0: not used
   ExplorationOptions exploration{.rounds = 0};
   double noise = 0;
+  double from_relaxation = 0;  ///< sigma of its last relaxation; 0: not used
   ShootingOptions shooting;
   int refine = 0;           ///< levels of shooting from coarse to fine
   double update_limit = 0;  ///< of the wall time of a second solve [s]; 0: none
 
   /// Groups of options that one method has only.
   static constexpr const char *kOfHomotopy = "Options of --method homotopy",
-                              *kOfShooting = "Options of --method shooting";
+                              *kOfShooting = "Options of --method shooting",
+                              *kOfRelaxation = "Options of --method homotopy and of --from-relaxation";
 
   /// Adds the options to `command`. An option of the other method is an InputError, also one that `command` has itself.
   void add(CLI::App& command);
@@ -69,6 +71,8 @@ struct ControlOptions {
   /// The problem on as many times fewer intervals as `refine` says, on which shooting begins. @throws InputError
   std::unique_ptr<OptimalControlProblem> make_coarse_problem() const;
   HomotopyOptions homotopy_options() const;  ///< with update_limit. @throws InputError with --method shooting
+  /// The same for the relaxations of --from-relaxation.
+  HomotopyOptions relaxation_options() const;
   /// "FESD-J radau-iia:3, 10 intervals of 2 elements"
   std::string describe(const OptimalControlProblem& made) const;
 };

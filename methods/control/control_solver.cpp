@@ -58,7 +58,7 @@ ControlSolution ShootingControlSolver::solve() {
   shooting_.set_time_limit(options_.time_limit);
   std::vector<ControlIterate> progress;
   ControlSolution solution =
-      solve_refined(shooting_, start_.guesses, start_.refine, problem_.plant->info().end_time,
+      solve_refined(shooting_, start_.guesses, start_.refine, start_.T > 0 ? start_.T : problem_.plant->info().end_time,
                     [&](const ShootingIteration& iteration) {
                       progress.push_back({iteration.number - 1, iteration.cost, iteration.violation});
                       if (progress_) progress_(iteration);
@@ -90,7 +90,7 @@ ControlSolution ShootingControlSolver::resolve(int k, const Vector& q, const Vec
 }
 
 Transcription::Simulation ShootingControlSolver::simulation() const {
-  return {tableau_, {.n_fe = problem_.n_fe, .as_needed = true}};
+  return {tableau_, {.n_fe = problem_.n_fe, .as_needed = true, .equal_runs = true}};
 }
 
 int ShootingControlSolver::n_variables() const {

@@ -66,6 +66,7 @@ class ShootingControlSolver final : public ControlSolver {
   /// Where the first solve starts, and what limits the next ones.
   struct Start {
     std::vector<Matrix> guesses;  ///< n_u x N / 2^refine each
+    double T = 0;                 ///< first guess of the end time [s]; 0: the problem's
     int refine = 0;               ///< levels of solve_refined()
     double warm_time_limit = 0;   ///< wall time of a resolve() [s]; 0: no limit
   };

@@ -128,6 +128,15 @@ void Transcription::start_at(int k, const Vector& x, const Vector& q, const Vect
     fix(start.gap[i], is_closed[i] ? 0 : std::max(gap[static_cast<Eigen::Index>(i)], 0.0));
 }
 
+Matrix Transcription::states(const Vector& x) const {
+  Matrix states(2 * problem_.plant->n_q(), static_cast<Eigen::Index>(sections_.size()));
+  for (std::size_t k = 0; k < sections_.size(); ++k) {
+    const ContactEquations::Point& end = sections_[k].end;
+    states.col(static_cast<Eigen::Index>(k)) << x(end.q), x(end.v);
+  }
+  return states;
+}
+
 Transcription::MeanForces Transcription::mean_forces(const FesdStep& step, const ButcherTableau& tableau) {
   MeanForces mean{Vector::Zero(step.Lambda_n.rows()), Vector::Zero(step.Lambda_t.rows())};
   double H = 0;

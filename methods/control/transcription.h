@@ -27,6 +27,8 @@ class Transcription {
   /// program holds an impact or a switch that the plant lets move: the point is stationary for the program only, and the
   /// text names the element. @param solved  by MpccSolver
   std::string stationarity(const MpccSolution& solved) const;
+  /// (q, v) of a solution x at the boundaries of the intervals, before an impact there: 2 n_q x (N + 1).
+  Matrix states(const Vector& x) const;
   /// Sets the guess of all variables from these controls and the motion of the pivoting solver under them.
   /// @param u  n_u x N. @return its status; variables after a failure keep the plain guess
   Status guess_from_simulation(const Matrix& u);

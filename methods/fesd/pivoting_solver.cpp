@@ -126,7 +126,15 @@ Status PivotingSolver::finish_step(bool is_solved) {
 
 Status PivotingSolver::advance(double H) {
   begin_step(H);
-  bool is_solved = search(0, H, options_.n_fe);
+  bool is_solved = false;
+  if (options_.equal_runs) {
+    budget_ = SearchBudget(kMaxPredictions * capacity_);
+    has_equal_runs_ = true;
+    is_solved = search(0, H, options_.n_fe);
+    has_equal_runs_ = false;
+    if (!is_solved) budget_ = SearchBudget(kMaxPredictions * options_.n_fe);
+  }
+  if (!is_solved) is_solved = search(0, H, options_.n_fe);
   if (!is_solved && options_.as_needed) {
     budget_ = SearchBudget(kMaxPredictions * capacity_);
     longest_ = H / options_.n_fe;
@@ -207,6 +215,7 @@ std::optional<PivotingSolver::ClosedBounces> PivotingSolver::solve_one_element(
 /// Number of equal elements for the remaining time: what is left of N_FE, or as many as longest_ asks for. 0 when there
 /// would be too many.
 int PivotingSolver::elements_for(int element, double remaining, int elements_left) const {
+  if (has_equal_runs_) return element + options_.n_fe <= capacity_ ? options_.n_fe : 0;
   if (longest_ == 0) return elements_left;
   const int wanted = std::max(1, static_cast<int>(std::ceil(remaining / longest_ * (1 - 1e-9))));
   return element + wanted <= capacity_ ? wanted : 0;
@@ -258,17 +267,20 @@ PivotingSolver::Attempt PivotingSolver::try_modes(int element, unsigned trial, i
 PivotingSolver::Attempt PivotingSolver::split_at_switch(int element, int count, const Violation& violation,
                                                         double remaining) {
   // A switch may be preceded by all but one of the elements; by all of them when there may be more.
-  const int most_before = longest_ == 0 ? count - 1 : count;
+  const int most_before = longest_ == 0 && !has_equal_runs_ ? count - 1 : count;
   const int most = std::min(most_before, capacity_ - 1 - element);
   const double h = remaining / count;
-  const int nearest = std::clamp(static_cast<int>(std::lround(violation.time / h)), 1, std::max(1, most_before));
+  const int nearest = has_equal_runs_
+                          ? count
+                          : std::clamp(static_cast<int>(std::lround(violation.time / h)), 1, std::max(1, most_before));
   const bool is_of_forces =
       violation.is_past(SwitchKind::force_vanishes) || violation.is_past(SwitchKind::cone_reached);
   const bool may_float = options_.switches != Switches::pinned && is_of_forces;
 
   Attempt attempt;
   const bool may_be_pinned = !may_float || options_.switches == Switches::published;
-  for (int k = 0; k < 2 * count && may_be_pinned; ++k) {
+  const int n_attempts = has_equal_runs_ ? 1 : 2 * count;
+  for (int k = 0; k < n_attempts && may_be_pinned; ++k) {
     const int m = kth_nearest(nearest, k);
     if (m < 1 || m > most) continue;
     const Attempt with_m = run_and_continue(element, m, count, violation, remaining);

@@ -43,6 +43,9 @@ class PivotingSolver {
     int n_fe = 2;            ///< finite elements per step
     bool as_needed = false;  ///< add elements to a step that is infeasible with n_fe
     int max_elements = 64;   ///< of a step, when elements are added
+    /// N_FE elements up to each switch and after the last one, if the step has a solution with them. The motion then
+    /// changes continuously where a switch crosses the end of an element or of a step. Requires as_needed.
+    bool equal_runs = false;
     Switches switches = Switches::pinned;
     int facets = 0;               ///< of the polygon in place of the friction disc in space; 0: the disc itself
     double gap_tolerance = 0;     ///< [m] by which a gap may be negative in the element after a pinned break
@@ -141,7 +144,8 @@ class PivotingSolver {
   ElementStartSolver start_solver_;
   ElementRunSolver runs_;
   SearchBudget budget_;
-  double longest_ = 0;  // element length that sets the number of elements; 0 when that number is fixed
+  double longest_ = 0;           // element length that sets the number of elements; 0 when that number is fixed
+  bool has_equal_runs_ = false;  // Options::equal_runs, in this search
   SearchFailures failures_;
 };
 

@@ -163,7 +163,7 @@ class MpccSolver::Run {
         solution_.status = status_of(result.status);
         solution_.message = describe(fmt::format("relaxation with sigma = {:.3g}", sigma), result);
         const bool is_start = solution_.x.size() == 0;
-        if (is_start) take(result.point);
+        if (is_start || !options_.cross_over) take(result.point);
         return !is_start && result.status != NlpStatus::time_limit;
       }
       if (sigma <= options_.sigma_final || solution_.complementarity <= options_.tolerance) return true;

@@ -3,6 +3,7 @@
 #include <fmt/format.h>
 
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <limits>
 #include <optional>
@@ -23,6 +24,9 @@ constexpr double kCostRounding = 1e-13;
 /// An inequality of a stage is active if a change of the controls of this part of their scales reaches it. No slope is
 /// looked at where it would have to exceed the second number.
 constexpr double kActiveConstraint = 1e-6, kSteepest = 1e5;
+
+/// Tolerances of a linear program, one after the other.
+constexpr double kLinearTolerances[] = {1e-9, 1e-7};
 
 using Gradient = ShootingProgram::Gradient;
 
@@ -56,6 +60,8 @@ class ScaledControls {
 std::optional<Vector> solve_linear_program(const Vector& g, const Matrix& rows, const Matrix& equal,
                                            const Vector& lower, const Vector& upper) {
   const Eigen::Index n = g.size();
+  const double largest = g.lpNorm<Eigen::Infinity>();
+  if (!(largest > 0)) return Vector::Zero(n);
   HorizonQp qp;
   qp.dx_0 = Vector::Zero(1);
   qp.stages.resize(1);
@@ -65,11 +71,11 @@ std::optional<Vector> solve_linear_program(const Vector& g, const Matrix& rows, 
   stage.c = Vector::Zero(1);
   stage.H = Matrix::Zero(n + 1, n + 1);
   stage.g.setZero(n + 1);
-  stage.g.tail(n) = g;
+  stage.g.tail(n) = g / largest;
   stage.C.setZero(rows.rows() + 2 * equal.rows(), n + 1);
   stage.C.rightCols(n) << rows, equal, -equal;
   stage.d = Vector::Zero(stage.C.rows());
-  stage.weight = Vector::Constant(stage.C.rows(), 10 * n * (1 + g.lpNorm<Eigen::Infinity>()));
+  stage.weight = Vector::Constant(stage.C.rows(), 10.0 * static_cast<double>(n));
   stage.lower = lower;
   stage.upper = upper;
   qp.end.H = Matrix::Zero(1, 1);
@@ -81,9 +87,11 @@ std::optional<Vector> solve_linear_program(const Vector& g, const Matrix& rows, 
   qp.end.r.resize(0);
   qp.end.E_weight.resize(0);
   HorizonQpSolver solver;
-  const HorizonQpSolution& solution = solver.solve(qp, {.tolerance = 1e-9});
-  if (!solution.is_solved()) return std::nullopt;
-  return solution.du[0];
+  for (const double tolerance : kLinearTolerances) {
+    const HorizonQpSolution& solution = solver.solve(qp, {.tolerance = tolerance});
+    if (solution.is_solved()) return solution.du[0];
+  }
+  return std::nullopt;
 }
 
 /// Gradients of the inequalities and terminal constraints that are active, by the scaled controls.
@@ -109,13 +117,28 @@ ActiveConstraints active_constraints(const ShootingProgram& program, const Scale
   return {stacked(rows), stacked(equal)};
 }
 
+/// Sets of b borders that are crossed, as bits: all but the empty one, few borders first, `most` - 1 at most.
+std::vector<unsigned> crossed_borders(int b, int most) {
+  constexpr int kMostBits = 20;
+  std::vector<unsigned> sets;
+  const unsigned end = 1U << std::min(b, kMostBits);
+  for (int n = 1; n <= b; ++n) {
+    for (unsigned set = 1; set < end; ++set) {
+      if (static_cast<int>(sets.size()) + 1 >= most) return sets;
+      if (std::popcount(set) == n) sets.push_back(set);
+    }
+  }
+  return sets;
+}
+
 }  // namespace
 
 std::string Certificate::describe() const {
-  std::string text = is_b_stationary ? (n_edges > 0 ? "B up to an edge" : "B") : "not B";
+  std::string text = !is_stationary ? "not B" : n_edges > 0 ? "edge" : "B";
+  if (is_stationary && n_unexamined > 0)
+    text += fmt::format(" in {} piece{}, {} not examined", n_pieces, n_pieces == 1 ? "" : "s", n_unexamined);
   text += fmt::format(", {} active guard{}, LPEC {:.0e}", n_active, n_active == 1 ? "" : "s", std::abs(lpec));
-  if (n_edges > 0) text += fmt::format(", edge: J jumps across {} of {} neighbours", n_edges, n_pieces - 1);
-  if (n_unexamined > 0) text += fmt::format(", {} of {} pieces not examined", n_unexamined, n_pieces + n_unexamined);
+  if (n_edges > 0) text += fmt::format(", J jumps up to {} of {} neighbours", n_edges, n_pieces - 1);
   return text;
 }
 
@@ -160,28 +183,37 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
     if (motion.H >= program.H_upper() * (1 - kActiveConstraint)) upper[scaled.size() - 1] = 0;
   }
 
+  const auto unit = [](Vector d) {
+    const double length = d.size() > 0 ? d.lpNorm<Eigen::Infinity>() : 0;
+    return length > 0 ? Vector(d / length) : d;
+  };
+  const auto direction = [&](const Vector& d) { return Certificate::Direction{scaled.controls(d), scaled.H(d)}; };
   const auto examine = [&](const Vector& g, const Vector& signs, const ActiveConstraints& constraints) {
     Matrix rows(b + constraints.rows.rows(), scaled.size());
     rows << signs.asDiagonal() * G, constraints.rows;
     const auto d = solve_linear_program(g, rows, constraints.equal, lower, upper);
-    if (!d) ++certificate.n_unexamined;
-    const double value = d ? g.dot(*d) / size : 0;
-    if (value >= certificate.lpec) return;
-    certificate.lpec = value;
-    certificate.descent = scaled.controls(*d);
-    certificate.descent_H = scaled.H(*d);
+    if (!d) {
+      ++certificate.n_unexamined;
+      return;
+    }
+    ++certificate.n_pieces;
+    const double value = g.dot(*d) / size;
+    certificate.lpec = std::min(certificate.lpec, value);
+    if (value >= -options.tolerance) return;
+    const Vector into = unit(G_inverse * signs);
+    certificate.descents.push_back({value, direction(*d), direction(into), g.dot(into) / size});
   };
   const auto merit = [&](const PlantMotion& m) { return m.cost + nu * (m.violation + m.terminal.lpNorm<1>()); };
 
-  const double n_all = std::exp2(static_cast<double>(b));
-  const auto n_examined = static_cast<unsigned>(std::min<double>(n_all, options.max_pieces));
-  certificate.n_unexamined = static_cast<int>(std::min<double>(n_all - n_examined, 1e9));
   examine(g_own, Vector::Ones(b), active_constraints(program, scaled));
-  certificate.n_pieces = 1;
+  const bool is_own_examined = certificate.n_pieces == 1;
+  const std::vector<unsigned> sets = crossed_borders(static_cast<int>(b), options.max_pieces);
+  certificate.n_unexamined +=
+      static_cast<int>(std::min(std::exp2(static_cast<double>(b)) - 1 - static_cast<double>(sets.size()), 1e9));
   PlantMotion neighbour;
   ShootingProgram its_program(runner);
   const Vector x = motion.x.col(0);
-  for (unsigned set = 1; set < n_examined; ++set) {
+  for (const unsigned set : sets) {
     Vector signs = Vector::Ones(b);
     for (Eigen::Index k = 0; k < std::min<Eigen::Index>(b, 31); ++k) {
       if ((set >> k & 1U) != 0) signs[k] = -1;
@@ -190,14 +222,17 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
     if (((G * into).array() * signs.array()).minCoeff() < 0.5) continue;  // no direction leads there
     const double epsilon = kProbe * options.active / std::max(into.lpNorm<Eigen::Infinity>(), 1e-12) *
                            std::sqrt(static_cast<double>(scaled.size()));
-    ++certificate.n_pieces;
     runner.run(x.head(n_q), x.tail(n_q),
                (motion.u + epsilon * scaled.controls(into))
                    .cwiseMax(problem.u.lower.replicate(1, N))
                    .cwiseMin(problem.u.upper.replicate(1, N)),
                motion.H + epsilon * scaled.H(into), neighbour);
-    if (!neighbour.succeeded() || !lineariser.linearise(neighbour).empty()) {
+    const auto is_edge = [&] {
       ++certificate.n_edges;
+      ++certificate.n_pieces;
+    };
+    if (!neighbour.succeeded() || !lineariser.linearise(neighbour).empty()) {
+      is_edge();
       continue;
     }
     its_program.set(neighbour, lineariser);
@@ -206,19 +241,20 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
                  own = epsilon * g_own.dot(into), jump = change - smooth;
     if (std::abs(jump) > kJump * (std::abs(smooth) + std::abs(own)) + kCostRounding * (1 + std::abs(merit(motion)))) {
       if (jump > 0) {
-        ++certificate.n_edges;
+        is_edge();
         continue;
       }
     }
     if (change < -options.tolerance * epsilon * size - kCostRounding * (1 + std::abs(merit(motion))) && jump < 0) {
-      certificate.lpec = -std::numeric_limits<double>::infinity();  // a better motion, at once
-      certificate.descent = scaled.controls(into) * epsilon;
-      certificate.descent_H = scaled.H(into) * epsilon;
-      break;
+      certificate.lpec = -std::numeric_limits<double>::infinity();
+      certificate.jump = Certificate::Direction{epsilon * scaled.controls(into), epsilon * scaled.H(into)};
+      ++certificate.n_pieces;
+      return certificate;
     }
     examine(g, signs, active_constraints(its_program, scaled));
   }
-  certificate.is_b_stationary = certificate.n_unexamined == 0 && certificate.lpec >= -options.tolerance;
+  std::ranges::sort(certificate.descents, {}, &Certificate::Descent::value);
+  certificate.is_stationary = is_own_examined && certificate.descents.empty();
   return certificate;
 }
 

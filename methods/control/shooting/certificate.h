@@ -1,5 +1,6 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -12,14 +13,28 @@ namespace ricochet {
 struct Certificate {
   int n_active = 0;  ///< independent guards (guards.h) that are zero here
   std::vector<Guard> active;
-  int n_pieces = 0;      ///< neighbouring pieces that were examined, the own one among them
-  int n_unexamined = 0;  ///< of 2^n_active
-  int n_edges = 0;       ///< neighbours that J jumps up to, which do not count
-  double lpec = 0;       ///< (2), relative to 1 + the largest gradient; 0 or less
-  bool is_b_stationary = false;
-  Matrix descent;        ///< n_u x N, with |d| <= 1 relative to the scales of the controls, if (2) is negative
-  double descent_H = 0;  ///< of H, likewise
+  int n_pieces = 0;            ///< neighbouring pieces that were examined, the own one among them
+  int n_unexamined = 0;        ///< of 2^n_active
+  int n_edges = 0;             ///< neighbours that J jumps up to, or that have no motion: they do not count
+  double lpec = 0;             ///< (2), relative to 1 + the largest gradient; 0 or less
+  bool is_stationary = false;  ///< no piece that was examined descends
 
+  /// A direction of the controls, n_u x N, and of H.
+  struct Direction {
+    Matrix u;
+    double H = 0;
+  };
+  /// A descent in first order: the minimiser of (2) in one piece.
+  struct Descent {
+    double value = 0;       ///< of (2), relative like lpec
+    Direction d;            ///< |d| <= 1 relative to the scales of the controls
+    Direction into;         ///< leads away from all borders of the piece, likewise
+    double into_value = 0;  ///< its change of the cost in first order, relative like value
+  };
+  std::vector<Descent> descents;  ///< the steepest first
+  std::optional<Direction> jump;  ///< to a neighbour that J jumps down to
+
+  bool is_b_stationary() const { return is_stationary && n_unexamined == 0 && n_edges == 0; }
   /// "B, 2 active guards, LPEC 3e-12"
   std::string describe() const;
 };
@@ -39,8 +54,8 @@ struct CertificateOptions {
 ///
 /// is solved piece by piece; on the own piece alone, it is zero exactly where the conditions of first order hold with
 /// multipliers of the guards that are not negative. If all are zero, the point is B-stationary: no direction descends in
-/// first order. A neighbour
-/// that J jumps up to is an edge, as where a grazing impact may just happen; one that J jumps down to is a descent.
+/// first order. A neighbour that J jumps up to is an edge, as where a grazing impact may just happen, and does not count;
+/// one that J jumps down to is a descent. Neighbours across few borders are examined first.
 /// Source: Nurkanović, Leyffer, A globally convergent method for computing B-stationary points of mathematical programs
 /// with equilibrium constraints, arXiv:2501.13835 (2025).
 ///

@@ -63,7 +63,7 @@ PlantRunner::PlantRunner(const OptimalControlProblem& problem, const ButcherTabl
       tableau_(tableau),
       plant_(problem),
       constraints_(problem),
-      solver_(plant_, tableau_, {.n_fe = problem.n_fe, .as_needed = true}, counters_),
+      solver_(plant_, tableau_, {.n_fe = problem.n_fe, .as_needed = true, .equal_runs = true}, counters_),
       stage_(2 * plant_.n_q() + plant_.info().n_u) {}
 
 void PlantRunner::run(const Vector& q, const Vector& v, const Policy& policy, int N, double H, PlantMotion& motion) {

@@ -20,7 +20,7 @@ constexpr double kSmallestDelta = 1e-11;
 /// Rounding of a cost, relative: sums of some hundred terms.
 constexpr double kMeritRounding = 1e-14;
 /// A predicted decrease of this part of the cost is rounding: steps that do not shrink any more are the last ones.
-constexpr double kNoDecrease = 1e-15, kShrinking = 0.5;
+constexpr double kNoDecrease = 1e-15, kShrinking = 0.9;
 /// nu at most, relative to 1 + the cost; violations that count as none; part of the reduction that is possible within the
 /// trust region and that a step has to bring (Byrd, Nocedal, Waltz, Steering exact penalty methods for nonlinear
 /// programming, Optim. Methods Softw. 23, 2008: both rules).
@@ -42,6 +42,8 @@ constexpr int kMaxRetreat = 20;
 /// Descents into neighbouring pieces, and the part of the predicted decrease that a step along one has to reach.
 constexpr int kMaxDescents = 30, kMaxHalvings = 40;
 constexpr double kArmijo = 1e-3;
+/// Parts of a direction away from all borders that are added to a descent.
+constexpr double kInside[] = {0, 1e-3, 0.03, 0.5};
 
 double now() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -186,7 +188,8 @@ Shooting::Outcome Shooting::iterate(ShootingIteration& report) {
         is_accepted = true;
         left = !has_same_sequence(motion_, trial_);
       }
-    } else if (!is_accepted) {
+    }
+    if (!is_accepted) {
       is_accepted = try_step(*step, false, predicted, trial_, actual);
       left = left || !trial_.succeeded() || !has_same_sequence(motion_, trial_);
     }
@@ -252,7 +255,7 @@ void Shooting::finish(const Progress& progress) {
     certificate_ = certify(runner_, lineariser_, program_, motion_, nu_, {});
     is_examined_ = true;
     is_linearised_ = false;
-    if (certificate_.is_b_stationary) {
+    if (certificate_.is_stationary) {
       status_ = Status::success;
       message_.clear();
       return;
@@ -285,26 +288,33 @@ bool Shooting::retreat(const Progress& progress) {
   return false;
 }
 
-/// Takes a step along the descent of a certificate. @return whether one is accepted
+/// Takes a step along a descent of a certificate. @return whether one is accepted
 bool Shooting::descend(const Certificate& certificate) {
-  if (certificate.descent.size() == 0) return false;
-  const Eigen::Index N = motion_.u.cols(), n_q = runner_.plant().n_q();
-  const Vector x = motion_.x.col(0);
-  const bool jumps = !std::isfinite(certificate.lpec);
-  const double slope = jumps ? 0 : -certificate.lpec;
-  double t = 1;
-  for (int k = 0; k < (jumps ? 1 : kMaxHalvings); ++k, t *= 0.5) {
-    const Matrix u = (motion_.u + t * certificate.descent)
-                         .cwiseMax(problem_.u.lower.replicate(1, N))
-                         .cwiseMin(problem_.u.upper.replicate(1, N));
-    runner_.run(x.head(n_q), x.tail(n_q), u, motion_.H + t * certificate.descent_H, trial_);
-    if (!trial_.succeeded() || merit(motion_) - merit(trial_) <= kArmijo * t * slope) continue;
-    std::swap(motion_, trial_);
-    Delta_ = std::clamp(t, Delta_, kLargestDelta);
-    last_size_ = std::numeric_limits<double>::infinity();
-    return true;
+  if (certificate.jump) return try_direction(certificate.jump->u, certificate.jump->H, 1, 0);
+  for (const auto& [value, d, into, into_value] : certificate.descents) {
+    for (const double inside : kInside) {  // d lies on borders, which may curve
+      const double slope = -(value + inside * into_value);
+      if (slope <= 0) continue;
+      double t = 1;
+      for (int k = 0; k < kMaxHalvings; ++k, t *= 0.5)
+        if (try_direction(d.u + inside * into.u, d.H + inside * into.H, t, slope)) return true;
+    }
   }
   return false;
+}
+
+/// Takes a step of length t along a direction, if the cost falls by a part of t slope.
+bool Shooting::try_direction(const Matrix& d, double d_H, double t, double slope) {
+  const Eigen::Index N = motion_.u.cols(), n_q = runner_.plant().n_q();
+  const Vector x = motion_.x.col(0);
+  const Matrix u =
+      (motion_.u + t * d).cwiseMax(problem_.u.lower.replicate(1, N)).cwiseMin(problem_.u.upper.replicate(1, N));
+  runner_.run(x.head(n_q), x.tail(n_q), u, motion_.H + t * d_H, trial_);
+  if (!trial_.succeeded() || merit(motion_) - merit(trial_) <= kArmijo * t * slope) return false;
+  std::swap(motion_, trial_);
+  Delta_ = std::clamp(t, Delta_, kLargestDelta);
+  last_size_ = std::numeric_limits<double>::infinity();
+  return true;
 }
 
 ControlSolution Shooting::solve(const Matrix& u, double T, const Progress& progress) {
@@ -391,7 +401,7 @@ ControlSolution Shooting::result() const {
   solution.derivative_seconds = derivative_seconds_;
   if (is_examined_) {
     solution.stationarity = certificate_.describe();
-    solution.is_b_stationary = certificate_.is_b_stationary;
+    solution.is_b_stationary = certificate_.is_b_stationary();
   }
   if (solution.succeeded() && worst.value > options_.feasibility) {
     solution.status = Status::infeasible;

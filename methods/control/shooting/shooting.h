@@ -92,6 +92,7 @@ class Shooting {
   void iterate_until_done(int max_iterations, const Progress& progress);
   void finish(const Progress& progress);
   bool descend(const Certificate& certificate);
+  bool try_direction(const Matrix& d, double d_H, double t, double slope);
   bool retreat(const Progress& progress);
   bool try_step(const HorizonQpSolution& step, bool has_feedback, double predicted, PlantMotion& trial, double& actual);
   static double violation(const PlantMotion& motion);
