@@ -188,7 +188,8 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
     return length > 0 ? Vector(d / length) : d;
   };
   const auto direction = [&](const Vector& d) { return Certificate::Direction{scaled.controls(d), scaled.H(d)}; };
-  const auto examine = [&](const Vector& g, const Vector& signs, const ActiveConstraints& constraints) {
+  const auto examine = [&](const Vector& g, const Vector& signs, const ShootingProgram& piece) {
+    const ActiveConstraints constraints = active_constraints(piece, scaled);
     Matrix rows(b + constraints.rows.rows(), scaled.size());
     rows << signs.asDiagonal() * G, constraints.rows;
     const auto d = solve_linear_program(g, rows, constraints.equal, lower, upper);
@@ -197,15 +198,20 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
       return;
     }
     ++certificate.n_pieces;
-    const double value = g.dot(*d) / size;
+    const double slope = g.dot(*d), value = slope / size;
+    // What a step along d gains at most: less than rounding of the cost where that is strongly curved.
+    const double curvature = piece.curvature(scaled.controls(*d), scaled.H(*d)),
+                 gain = -slope > curvature ? -slope - 0.5 * curvature : 0.5 * slope * slope / curvature;
+    const bool descends = value < -options.tolerance;
+    if (descends && gain <= kCostRounding * (1 + std::abs(motion.cost))) return;
     certificate.lpec = std::min(certificate.lpec, value);
-    if (value >= -options.tolerance) return;
+    if (!descends) return;
     const Vector into = unit(G_inverse * signs);
     certificate.descents.push_back({value, direction(*d), direction(into), g.dot(into) / size});
   };
   const auto merit = [&](const PlantMotion& m) { return m.cost + nu * (m.violation + m.terminal.lpNorm<1>()); };
 
-  examine(g_own, Vector::Ones(b), active_constraints(program, scaled));
+  examine(g_own, Vector::Ones(b), program);
   const bool is_own_examined = certificate.n_pieces == 1;
   const std::vector<unsigned> sets = crossed_borders(static_cast<int>(b), options.max_pieces);
   certificate.n_unexamined +=
@@ -236,8 +242,10 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
       continue;
     }
     its_program.set(neighbour, lineariser);
-    const Vector g = scaled.of(its_program.gradient());
-    const double change = merit(neighbour) - merit(motion), smooth = epsilon * g.dot(into),
+    // At the border, from where the neighbour is: the cost may be curved so that its gradient differs a lot.
+    const Vector g = scaled.of(its_program.gradient_after(-epsilon * scaled.controls(into), -epsilon * scaled.H(into)));
+    const double change = merit(neighbour) - merit(motion),
+                 smooth = 0.5 * epsilon * (g + scaled.of(its_program.gradient())).dot(into),
                  own = epsilon * g_own.dot(into), jump = change - smooth;
     if (std::abs(jump) > kJump * (std::abs(smooth) + std::abs(own)) + kCostRounding * (1 + std::abs(merit(motion)))) {
       if (jump > 0) {
@@ -251,7 +259,7 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
       ++certificate.n_pieces;
       return certificate;
     }
-    examine(g, signs, active_constraints(its_program, scaled));
+    examine(g, signs, its_program);
   }
   std::ranges::sort(certificate.descents, {}, &Certificate::Descent::value);
   certificate.is_stationary = is_own_examined && certificate.descents.empty();

@@ -342,6 +342,33 @@ ShootingProgram::Gradient ShootingProgram::gradient() const {
   return adjoint(static_cast<int>(g.size()), qp_.end.g, &g);
 }
 
+/// z_k of a step, k = 0 .. N - 1, then dx_N.
+std::vector<Vector> ShootingProgram::stages_after(const Matrix& du, double dH) const {
+  std::vector<Vector> z;
+  Vector dx = Vector::Zero(n_x_);
+  if (is_time_free_) dx[2 * n_q_] = dH;
+  for (std::size_t k = 0; k < qp_.stages.size(); ++k) {
+    z.emplace_back(n_x_ + n_u_) << dx, du.col(static_cast<Eigen::Index>(k));
+    dx = qp_.stages[k].A * dx + qp_.stages[k].B * z.back().tail(n_u_);
+  }
+  z.push_back(dx);
+  return z;
+}
+
+ShootingProgram::Gradient ShootingProgram::gradient_after(const Matrix& du, double dH) const {
+  const std::vector<Vector> z = stages_after(du, dH);
+  std::vector<Vector> g;
+  for (std::size_t k = 0; k < qp_.stages.size(); ++k) g.push_back(qp_.stages[k].g + qp_.stages[k].H * z[k]);
+  return adjoint(static_cast<int>(g.size()), qp_.end.g + qp_.end.H * z.back(), &g);
+}
+
+double ShootingProgram::curvature(const Matrix& du, double dH) const {
+  const std::vector<Vector> z = stages_after(du, dH);
+  double sum = z.back().dot(qp_.end.H * z.back());
+  for (std::size_t k = 0; k < qp_.stages.size(); ++k) sum += z[k].dot(qp_.stages[k].H * z[k]);
+  return sum;
+}
+
 ShootingProgram::Gradient ShootingProgram::gradient(int interval, const Eigen::RowVectorXd& by_theta) const {
   const Vector z = by_z(by_theta);
   Gradient result = adjoint(interval, z.head(n_x_), nullptr);

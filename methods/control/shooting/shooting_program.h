@@ -61,6 +61,10 @@ class ShootingProgram {
     double H = 0;
   };
   Gradient gradient() const;
+  /// The same after a step, by the quadratic model (1) of the cost. @param du  n_u x N; @param dH  [s]
+  Gradient gradient_after(const Matrix& du, double dH) const;
+  /// Second derivative of that model along a step.
+  double curvature(const Matrix& du, double dH) const;
   /// Gradient of a function with the given slope by theta of one interval, by all controls and by H.
   Gradient gradient(int interval, const Eigen::RowVectorXd& by_theta) const;
 
@@ -100,6 +104,7 @@ class ShootingProgram {
   void use_rows(double margin);
   bool add_violated(const HorizonQpSolution& solution, double margin);
   Vector by_z(const Eigen::RowVectorXd& by_theta) const;
+  std::vector<Vector> stages_after(const Matrix& du, double dH) const;
   Gradient adjoint(int from, Vector lambda, const std::vector<Vector>* g) const;
 
   PlantRunner& runner_;
