@@ -152,7 +152,8 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
   const double size = 1 + g_own.lpNorm<Eigen::Infinity>();
 
   Certificate certificate;
-  std::vector<Vector> borders;  // gradients of the active guards, of norm 1
+  std::vector<Vector> borders;   // gradients of the active guards, of norm 1
+  std::vector<double> distance;  // to each of them
   for (const Guard& guard : program.guards()) {
     const Vector g = scaled.of(program.gradient(guard.interval, guard.slope));
     const double reach = g.lpNorm<1>();
@@ -162,6 +163,7 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
         std::ranges::any_of(borders, [&](const Vector& other) { return (other - direction).norm() <= kParallel; });
     if (is_known) continue;
     borders.push_back(direction);
+    distance.push_back(std::max(guard.value, 0.0) / g.norm());
     certificate.active.push_back(guard);
   }
   const auto b = static_cast<Eigen::Index>(borders.size());
@@ -188,7 +190,8 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
     return length > 0 ? Vector(d / length) : d;
   };
   const auto direction = [&](const Vector& d) { return Certificate::Direction{scaled.controls(d), scaled.H(d)}; };
-  const auto examine = [&](const Vector& g, const Vector& signs, const ShootingProgram& piece) {
+  /// @param rise  of the cost up to the borders of the piece, which may be reached up to rounding only
+  const auto examine = [&](const Vector& g, const Vector& signs, const ShootingProgram& piece, double rise) {
     const ActiveConstraints constraints = active_constraints(piece, scaled);
     Matrix rows(b + constraints.rows.rows(), scaled.size());
     rows << signs.asDiagonal() * G, constraints.rows;
@@ -198,10 +201,10 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
       return;
     }
     ++certificate.n_pieces;
-    const double slope = g.dot(*d), value = slope / size;
-    // What a step along d gains at most: less than rounding of the cost where that is strongly curved.
-    const double curvature = piece.curvature(scaled.controls(*d), scaled.H(*d)),
-                 gain = -slope > curvature ? -slope - 0.5 * curvature : 0.5 * slope * slope / curvature;
+    const double value = g.dot(*d) / size;
+    // What a step along d gains: where the cost is strongly curved, that may be less than its rounding.
+    const double slope = std::max(-g.dot(*d), 0.0), curvature = piece.curvature(scaled.controls(*d), scaled.H(*d)),
+                 gain = (slope > curvature ? slope - 0.5 * curvature : 0.5 * slope * slope / curvature) - rise;
     const bool descends = value < -options.tolerance;
     if (descends && gain <= kCostRounding * (1 + std::abs(motion.cost))) return;
     certificate.lpec = std::min(certificate.lpec, value);
@@ -211,7 +214,7 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
   };
   const auto merit = [&](const PlantMotion& m) { return m.cost + nu * (m.violation + m.terminal.lpNorm<1>()); };
 
-  examine(g_own, Vector::Ones(b), program);
+  examine(g_own, Vector::Ones(b), program, 0);
   const bool is_own_examined = certificate.n_pieces == 1;
   const std::vector<unsigned> sets = crossed_borders(static_cast<int>(b), options.max_pieces);
   certificate.n_unexamined +=
@@ -259,7 +262,13 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
       ++certificate.n_pieces;
       return certificate;
     }
-    examine(g, signs, its_program);
+    double reach = 0;  // of the farthest border
+    for (Eigen::Index k = 0; k < b; ++k) {
+      if (signs[k] < 0) reach = std::max(reach, distance[static_cast<std::size_t>(k)] / std::abs(G.row(k).dot(into)));
+    }
+    const double rise =
+        reach * g_own.dot(into) + 0.5 * reach * reach * program.curvature(scaled.controls(into), scaled.H(into));
+    examine(g, signs, its_program, std::max(rise, 0.0));
   }
   std::ranges::sort(certificate.descents, {}, &Certificate::Descent::value);
   certificate.is_stationary = is_own_examined && certificate.descents.empty();
