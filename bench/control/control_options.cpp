@@ -153,8 +153,9 @@ void ControlOptions::add(CLI::App& command) {
                   "number of the best controls of --explore that are tried for a few iterations; the best goes on")
       ->group(kOfShooting);
   command
-      .add_option("--refine", refine,
-                  "solve on 2^K times fewer intervals first, then K times split each in two; --explore is on the fewest")
+      .add_option(
+          "--refine", refine,
+          "solve on 2^K times fewer intervals first, then K times split each in two; --explore is on the fewest")
       ->type_name("K")
       ->group(kOfShooting);
   command.add_option("--seed", exploration.seed, "seed of --explore and --noise")
@@ -175,9 +176,8 @@ void ControlOptions::add(CLI::App& command) {
         throw InputError(name, fmt::format("{}", fmt::join(command.get_option(name)->results(), " ")),
                          "--explore is required, the search that it belongs to");
     }
-    if (command.get_option("--knots")->count() > 0 && exploration.knots < 2)
-      throw InputError("--knots", exploration.knots,
-                       "a number from 2 to the number of control intervals that --explore searches on is required");
+    if (command.get_option("--knots")->count() > 0 && exploration.knots == 0)  // of ExplorationOptions: the default
+      throw InputError("--knots", 0, "a number from 2 to the number of control intervals is required");
     if (is_shooting() && command.get_option("--max-iterations")->count() > 0)
       shooting.max_iterations = homotopy.max_iterations;
     shooting.time_limit = homotopy.time_limit;

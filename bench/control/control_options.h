@@ -48,11 +48,12 @@ struct ControlOptions {
   ExplorationOptions exploration{.rounds = 0};
   double noise = 0;
   ShootingOptions shooting;
-  int refine = 0;                                    ///< levels of shooting from coarse to fine
-  double update_limit = 0;                           ///< of the wall time of a second solve [s]; 0: none
+  int refine = 0;           ///< levels of shooting from coarse to fine
+  double update_limit = 0;  ///< of the wall time of a second solve [s]; 0: none
 
   /// Groups of options that one method has only.
-  static constexpr const char *kOfHomotopy = "Options of --method homotopy", *kOfShooting = "Options of --method shooting";
+  static constexpr const char *kOfHomotopy = "Options of --method homotopy",
+                              *kOfShooting = "Options of --method shooting";
 
   /// Adds the options to `command`. An option of the other method is an InputError, also one that `command` has itself.
   void add(CLI::App& command);

@@ -18,8 +18,8 @@ struct ControlRun {
 
   std::string problem, title;
   std::string method = "homotopy";  ///< or "shooting"
-  std::string discretisation;  ///< with its numbers of intervals, elements, steps
-  std::string command;         ///< reproduces the run
+  std::string discretisation;       ///< with its numbers of intervals, elements, steps
+  std::string command;              ///< reproduces the run
   int variables = 0, pairs = 0;
   std::string status, message;
   int iterations = 0;
@@ -28,7 +28,7 @@ struct ControlRun {
   // Results of a solved run.
   double claimed_cost = 0;
   std::string stationarity;  ///< "S, B, 3 biactive pairs"; "B, 2 active guards, LPEC 3e-12"
-  double penetration = 0;  ///< deepest in the claimed motion [m, or the unit of the gap]
+  double penetration = 0;    ///< deepest in the claimed motion [m, or the unit of the gap]
   double T = 0;
   std::vector<std::vector<double>> u;  ///< per interval
   Motion claimed;
@@ -60,10 +60,10 @@ struct ControlRun {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlRun::Motion, t, q, v)
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlRun::Impact, t, contact, Lambda_n, Lambda_t)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlRun, problem, title, method, discretisation, command, variables, pairs,
-                                                status, message, iterations, seconds, claimed_cost, stationarity, penetration, T, u,
-                                                claimed, impacts, contacts, force_t, lambda_n, lambda_t, friction,
-                                                replayed_by, replay_status, replay_message, true_cost, terminal, events,
-                                                replayed)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlRun, problem, title, method, discretisation, command, variables,
+                                                pairs, status, message, iterations, seconds, claimed_cost, stationarity,
+                                                penetration, T, u, claimed, impacts, contacts, force_t, lambda_n,
+                                                lambda_t, friction, replayed_by, replay_status, replay_message,
+                                                true_cost, terminal, events, replayed)
 
 }  // namespace ricochet

@@ -150,8 +150,8 @@ std::shared_ptr<const OptimalControlProblem> problem_of(const ControlRun& run) {
 void show_problem(const std::vector<ControlRun>& runs, const std::string& name, Section& section) {
   section.heading(fmt::format("{}: {}", runs.front().problem, runs.front().title));
   for (const char* method : {kHomotopy, kShooting}) {
-    const auto solved = std::ranges::find_if(
-        runs, [&](const ControlRun& run) { return run.succeeded() && run.method == method; });
+    const auto solved =
+        std::ranges::find_if(runs, [&](const ControlRun& run) { return run.succeeded() && run.method == method; });
     const auto problem = solved == runs.end() ? nullptr : problem_of(*solved);
     if (!problem || !problem->plant->info().geometry) continue;
     const std::string prefix = name + (solved->method == kHomotopy ? "" : "_" + solved->method);
@@ -213,15 +213,15 @@ const std::string kControlExperimentFields = std::string(R"~({
   }
 })~";
 
-const bool control_experiment_is_registered =
-    register_study({.kind = "optimal_control",
-                    .summary = "optimal control with FESD-J, by homotopy and shooting, and with time stepping: claims and truth",
-                    .fields = kControlExperimentFields,
-                    .rows = {ControlRun::kKind},
-                    .times = Times::in_rows,
-                    .run = run_control_experiment,
-                    .show = show_control_experiment,
-                    .unexpected_failures = control_experiment_unexpected_failures});
+const bool control_experiment_is_registered = register_study(
+    {.kind = "optimal_control",
+     .summary = "optimal control with FESD-J, by homotopy and shooting, and with time stepping: claims and truth",
+     .fields = kControlExperimentFields,
+     .rows = {ControlRun::kKind},
+     .times = Times::in_rows,
+     .run = run_control_experiment,
+     .show = show_control_experiment,
+     .unexpected_failures = control_experiment_unexpected_failures});
 
 }  // namespace
 }  // namespace ricochet

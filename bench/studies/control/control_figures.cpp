@@ -167,7 +167,8 @@ Chart control_chart(const std::vector<ControlRun>& runs, const std::string& file
   for (const Row& row : rows) {
     const bool is_first = &row == &rows.front(), is_last = &row == &rows.back();
     for (const ControlRun& run : runs) {
-      const std::string name = (run.method == "shooting" ? "shooting, " : "") + run.discretisation + (run.succeeded() ? "" : ": " + run.status);
+      const std::string name = (run.method == "shooting" ? "shooting, " : "") + run.discretisation +
+                               (run.succeeded() ? "" : ": " + run.status);
       Chart::Panel& panel = chart.panels.emplace_back(
           Chart::Panel{.title = is_first ? name : "",
                        .x = {.label = is_last ? "t [s]" : "", .from = 0, .to = run.T > 0 ? run.T : 1},

@@ -49,9 +49,8 @@ std::vector<SeedRun> runs_of(const json& document) {
     }
   }
   const auto problems = different(runs, &SeedRun::problem);
-  std::ranges::stable_sort(runs, {}, [&](const SeedRun& run) {
-    return std::pair(std::ranges::find(problems, run.problem), run.seed);
-  });
+  std::ranges::stable_sort(
+      runs, {}, [&](const SeedRun& run) { return std::pair(std::ranges::find(problems, run.problem), run.seed); });
   return runs;
 }
 

@@ -50,11 +50,8 @@ Table control_table(const std::vector<ControlRun>& runs) {
 Table control_failures(const std::vector<ControlRun>& runs) {
   using R = ControlRun;
   static const std::vector<Column<R>> columns = {
-      {"problem", &R::problem},
-      {"method", &R::method},
-      {"discretisation", &R::discretisation},
-      {"reason", failure_reason},
-      {"command", &R::command},
+      {"problem", &R::problem},   {"method", &R::method},   {"discretisation", &R::discretisation},
+      {"reason", failure_reason}, {"command", &R::command},
   };
   const auto failed = rows_where(runs, [](const R& run) { return !run.succeeded() || !run.replay_message.empty(); });
   return table_of("Not solved, or not replayed by the reference", columns, failed);

@@ -25,7 +25,7 @@ struct ControlGrowth {
 
   std::string problem;
   std::string method = "homotopy";  ///< or "shooting"
-  std::string command;  ///< reproduces the run
+  std::string command;              ///< reproduces the run
   int intervals = 0, variables = 0, pairs = 0;
   std::string status, message;
   int iterations = 0;
@@ -35,7 +35,7 @@ struct ControlGrowth {
 
   // Results of a solved run.
   double cost = 0;
-  std::string again_status;  ///< of the second solve; why the plant did not come to it
+  std::string again_status;        ///< of the second solve; why the plant did not come to it
   bool again_kept_branch = false;  ///< of a homotopy
   int again_iterations = 0;
   double again_seconds = 0;
@@ -48,9 +48,9 @@ struct ControlGrowth {
 
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlGrowth::Step, sigma, iterations, seconds, complementarity,
                                                 is_solved)
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlGrowth, problem, method, command, intervals, variables, pairs, status,
-                                                message, iterations, seconds, derivative_seconds, steps, cost, again_status,
-                                                again_kept_branch, again_iterations, again_seconds)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlGrowth, problem, method, command, intervals, variables, pairs,
+                                                status, message, iterations, seconds, derivative_seconds, steps, cost,
+                                                again_status, again_kept_branch, again_iterations, again_seconds)
 
 /// One line per run; below those of a problem, exponents in N of what was solved.
 Table growth_table(const std::vector<ControlGrowth>& runs);

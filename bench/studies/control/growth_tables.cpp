@@ -118,7 +118,9 @@ Table growth_table(const std::vector<ControlGrowth>& runs) {
          return l.is_fit() ? l.again : cell_text("{:.3f}", when(l.run.is_solved_again(), l.run.again_seconds));
        }},
       {"again, iterations", "", "{}",
-       [](const L& l) { return l.is_fit() ? "" : cell_text("{}", when(l.run.is_solved_again(), l.run.again_iterations)); }},
+       [](const L& l) {
+         return l.is_fit() ? "" : cell_text("{}", when(l.run.is_solved_again(), l.run.again_iterations));
+       }},
   };
   return without_empty(
       table_of(
@@ -153,8 +155,8 @@ std::vector<Comparison> growth_comparisons(const std::vector<ControlGrowth>& run
     const auto add_exponent = [&](const char* quantity, auto value) {
       const double own = exponent(shooting, value);
       if (!std::isfinite(own)) return;
-      comparisons.push_back({problem, quantity, cell_text("{:.2f}", exponent(homotopy, value)),
-                             cell_text("{:.2f}", own), own});
+      comparisons.push_back(
+          {problem, quantity, cell_text("{:.2f}", exponent(homotopy, value)), cell_text("{:.2f}", own), own});
     };
     if (shooting.front().seconds > 0) add_exponent("exponent of the time per iteration", together_of);
     add_exponent("exponent of the iterations", &ControlGrowth::iterations);
@@ -184,8 +186,7 @@ std::vector<GrowthCurve> growth_curves(const std::vector<ControlGrowth>& runs) {
     if (!run.succeeded()) continue;
     const auto last = curves.end() - 2;
     last->points.emplace_back(run.intervals, together_of(run));
-    if (run.is_short_again())
-      (last + 1)->points.emplace_back(run.intervals, run.again_seconds);
+    if (run.is_short_again()) (last + 1)->points.emplace_back(run.intervals, run.again_seconds);
   }
   return curves;
 }

@@ -95,7 +95,7 @@ std::vector<Comparison> mpc_comparisons(const std::vector<MpcRun>& runs) {
     const std::string at = fmt::format(" at {:g}", shooting.disturbance);
     if (shooting.seconds > 0)
       comparisons.push_back(quotient(shooting.problem, "median update" + at, median_seconds(kept_updates(*homotopy)),
-                                  median_seconds(shooting.updates)));
+                                     median_seconds(shooting.updates)));
     const auto count = [](const MpcRun& run) {
       return fmt::format("{} of {}", without_plan(run).size(), run.updates.size());
     };

@@ -25,10 +25,10 @@ struct SeedRun {
 
   // Results of a solved run.
   double cost = 0;
-  std::string stationarity;  ///< "S", "M", "C", "W" or "unknown"; of shooting "B", "B up to an edge" or "not B"
+  std::string stationarity;      ///< "S", "M", "C", "W" or "unknown"; of shooting "B", "B up to an edge" or "not B"
   bool is_b_stationary = false;  ///< also up to an edge
-  std::string replay_status;  ///< of adaptive FESD-J, under the controls found
-  double terminal = 0;        ///< max-norm of claim minus replay in (q, v) at T; NaN when there is no replay
+  std::string replay_status;     ///< of adaptive FESD-J, under the controls found
+  double terminal = 0;           ///< max-norm of claim minus replay in (q, v) at T; NaN when there is no replay
 
   bool succeeded() const { return status == "success"; }
   bool is_replayed() const { return replay_status == "success"; }
@@ -39,9 +39,9 @@ struct SeedRun {
   std::string command() const;  ///< reproduces the run
 };
 
-NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(SeedRun, problem, method, arguments, seed, status, message, iterations, seconds,
-                                                cpu_seconds, cost, stationarity, is_b_stationary, replay_status,
-                                                terminal)
+NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(SeedRun, problem, method, arguments, seed, status, message, iterations,
+                                                seconds, cpu_seconds, cost, stationarity, is_b_stationary,
+                                                replay_status, terminal)
 
 /// The runs of one problem with one choice of arguments, in order of their first run.
 using SeedGroup = std::vector<const SeedRun*>;

@@ -85,8 +85,7 @@ Table seed_table(const std::vector<SeedRun>& runs) {
       {"wall s", "", "{}", of_solved([](const G& g) { return quartiles(values_of(g, &SeedRun::seconds)); })},
       {"iterations", "", "{}", of_solved([](const G& g) { return quartiles(values_of(g, &SeedRun::iterations)); })},
       {"replayed", "", "{}", of_solved([](const G& g) { return replayed(g).size(); })},
-      {"to 1e-9", "", "{}",
-       of_solved([](const G& g) { return rows_where(g, &SeedRun::is_replayed_exactly).size(); })},
+      {"to 1e-9", "", "{}", of_solved([](const G& g) { return rows_where(g, &SeedRun::is_replayed_exactly).size(); })},
       {"off by", "", "{:.1e}",
        of_solved([](const G& g) { return median(values_of(replayed(g), &SeedRun::terminal)); })},
       {"arguments", [](const G& g) { return g.front()->arguments; }},
@@ -126,7 +125,7 @@ std::vector<Comparison> seed_comparisons(const std::vector<SeedRun>& runs) {
     if (of_homotopy.empty() || of_shooting.empty()) continue;
     const auto add_ratio = [&](const char* quantity, double at, auto member) {
       comparisons.push_back(quotient(problem, quantity, quantile(values_of(of_homotopy, member), at),
-                                  quantile(values_of(of_shooting, member), at)));
+                                     quantile(values_of(of_shooting, member), at)));
     };
     add_ratio("median cost", 0.5, &SeedRun::cost);
     add_ratio("least cost", 0, &SeedRun::cost);
