@@ -43,7 +43,7 @@ struct ControlProgress {
   Shooting::Progress shooting = {};
 };
 
-/// Makes the first guess, which may take seconds.
+/// Makes the first guess that the options select, which may take seconds. @param progress  of the solves
 /// @param problem  by options.make_problem(), outlives the method  @throws InputError
 PreparedMethod prepared_method(const ControlOptions& options, const OptimalControlProblem& problem,
                                const ControlProgress& progress = {});

@@ -189,9 +189,8 @@ void ControlOptions::add(CLI::App& command) {
         throw InputError(name, fmt::format("{}", fmt::join(command.get_option(name)->results(), " ")),
                          "--explore is required, the search that it belongs to");
     }
-    if (command.get_option("--knots")->count() > 0 && exploration.knots < 2)
-      throw InputError("--knots", exploration.knots,
-                       "a number from 2 to the number of control intervals that --explore searches on is required");
+    if (command.get_option("--knots")->count() > 0 && exploration.knots == 0)  // of ExplorationOptions: the default
+      throw InputError("--knots", 0, "a number from 2 to the number of control intervals is required");
     if (command.get_option("--from-relaxation")->count() > 0 &&
         !(from_relaxation > 0 && from_relaxation <= homotopy.sigma_0))
       throw InputError("--from-relaxation", from_relaxation,

@@ -37,7 +37,7 @@ class ControlSolver {
 class HomotopyControlSolver final : public ControlSolver {
  public:
   /// @param transcription  with the first guess; must outlive this object
-  /// @param progress  called after every step. @throws InputError for options out of range
+  /// @param options  of both solves. @param progress  called after every step. @throws InputError for options out of range
   HomotopyControlSolver(Transcription& transcription, const HomotopyOptions& options,
                         MpccSolver::Progress progress = {});
 
@@ -71,8 +71,8 @@ class ShootingControlSolver final : public ControlSolver {
     double warm_time_limit = 0;   ///< wall time of a resolve() [s]; 0: no limit
   };
 
-  /// @param problem  must outlive this object. @param progress  called after every iteration
-  /// @throws InputError as Shooting
+  /// @param problem  must outlive this object. @param tableau, options  as of Shooting. @param start  of the first solve
+  /// @param progress  called after every iteration. @throws InputError as Shooting
   ShootingControlSolver(const OptimalControlProblem& problem, const ButcherTableau& tableau,
                         const ShootingOptions& options, Start start, Shooting::Progress progress = {});
 

@@ -335,7 +335,7 @@ TEST(ControlComparisons, GrowthHasExponentsOfBothMethods) {
       EXPECT_SURVIVES(run);
     }
   }
-  const Table table = comparison_table(growth_comparisons(runs), {});
+  const Table table = comparison_table(growth_comparisons(runs), nlohmann::json::object());
   EXPECT_EQ(cell_of(table, "two_carts", "solved", "shooting"), "3 of 3");
   EXPECT_EQ(cell_of(table, "two_carts", "exponent of the time per iteration", "homotopy"), "2.00");
   EXPECT_EQ(cell_of(table, "two_carts", "exponent of the time per iteration", "shooting"), "1.00");
@@ -361,7 +361,7 @@ TEST(ControlComparisons, UpdatesAreHeldAgainstThoseOnABranch) {
       run_of("shooting", {{.t = 1, .status = "success", .has_plan = true, .seconds = 0.01},
                           {.t = 2, .status = "time_limit", .message = "late", .has_plan = true, .seconds = 0.03}})};
   for (const auto& run : runs) EXPECT_SURVIVES(run);
-  const Table table = comparison_table(mpc_comparisons(runs), {});
+  const Table table = comparison_table(mpc_comparisons(runs), nlohmann::json::object());
   EXPECT_EQ(cell_of(table, "two_carts", "median update at 0.003", "reached"), "0.1") << "0.02 by 0.2";
   EXPECT_EQ(cell_of(table, "two_carts", "without a plan at 0.003", "homotopy"), "1 of 2");
   EXPECT_EQ(cell_of(table, "two_carts", "without a plan at 0.003", "shooting"), "0 of 2");

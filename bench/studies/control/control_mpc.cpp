@@ -15,8 +15,9 @@ namespace {
 
 using nlohmann::json;
 
-MpcRun follow_plan(const std::string& arguments, double disturbance) {
-  const ControlOptions options = ControlOptions::parse(arguments);
+MpcRun follow_plan(const std::string& arguments, double disturbance, double update_limit) {
+  ControlOptions options = ControlOptions::parse(arguments);
+  options.update_limit = update_limit;
   const auto problem = options.make_problem();
   const PreparedMethod method = prepared_method(options, *problem);
   ShrinkingHorizon horizon(*problem, *method.solver);
@@ -25,7 +26,7 @@ MpcRun follow_plan(const std::string& arguments, double disturbance) {
   MpcRun run;
   run.problem = problem->id;
   run.method = options.method;
-  run.command = fmt::format("ricochet mpc {} --disturbance {}", arguments, disturbance);
+  run.command = fmt::format("ricochet mpc {} --disturbance {} --update-limit {}", arguments, disturbance, update_limit);
   run.disturbance = disturbance;
   run.status = to_string(first.status);
   run.message = first.message;
@@ -74,10 +75,11 @@ void run_control_mpc(const json& experiment, ResultsFile& file) {
     }
   }
   if (experiment.contains("goals")) file.header()["goals"] = experiment["goals"];
+  const double update_limit = experiment.value("update_limit", 0.0);
   const bool with_times = experiment.value("times", true);
   Progress progress(experiment.at("id").get<std::string>());
   const auto make = [&](std::size_t k) {
-    MpcRun run = follow_plan(pieces[k].arguments, pieces[k].disturbance);
+    MpcRun run = follow_plan(pieces[k].arguments, pieces[k].disturbance, update_limit);
     if (!with_times) leave_times_out(run);
     return run;
   };
@@ -101,10 +103,11 @@ const std::string kControlMpcFields = std::string(R"~({
   "properties": {
     )~") + kGoalsField + R"~(,
     "disturbances": {"type": "array", "items": {"type": "number", "minimum": 0}, "description": "Before every update positions are moved by up to this [m, rad], velocities by up to this part of them.", "examples": [[0.003]]},
+    "update_limit": {"type": "number", "exclusiveMinimum": 0, "description": "Limit of the wall time of an update [s]; without it there is none.", "examples": [20]},
     "runs": {"type": "array", "description": "Problems.", "items": {
       "type": "object", "additionalProperties": false, "required": ["problem", "homotopy", "shooting"], "properties": {
         "problem": {"type": "string", "description": "Of `ricochet mpc`.", "examples": ["two_carts"]},
-        "homotopy": {"type": "string", "description": "Arguments of `ricochet mpc` with the homotopy.", "examples": ["--simulate --sigma-0 0.01 --update-limit 20"]},
+        "homotopy": {"type": "string", "description": "Arguments of `ricochet mpc` with the homotopy.", "examples": ["--simulate --sigma-0 0.01"]},
         "shooting": {"type": "string", "description": "Those of --method shooting.", "examples": ["--explore 12"]}}}}
   }
 })~";

@@ -25,7 +25,7 @@ struct Comparison {
   double reached = std::numeric_limits<double>::quiet_NaN();
 };
 
-/// A comparison of numbers, whose quotient is reached.
+/// A comparison of numbers of homotopy and shooting: what is reached in `quantity` of `problem` is their quotient.
 Comparison quotient(const std::string& problem, const std::string& quantity, double homotopy, double shooting);
 
 /// Of "goals" of an experiment: {"problem", "quantity", "at_most" or "at_least"}.
@@ -35,7 +35,7 @@ struct ControlGoal {
 };
 NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(ControlGoal, problem, quantity, at_most, at_least)
 
-/// One line per comparison, with the goal beside what is reached.
+/// One line for each of `comparisons`, with the goal beside what is reached.
 /// @param header  of the results, with the "goals"
 Table comparison_table(const std::vector<Comparison>& comparisons, const nlohmann::json& header);
 

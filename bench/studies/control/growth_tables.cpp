@@ -115,7 +115,7 @@ Table growth_table(const std::vector<ControlGrowth>& runs) {
       {"again", how_again},
       {"again", "s", "{}",
        [](const L& l) {
-         return l.is_fit() ? l.again : cell_text("{:.3f}", when(l.run.is_solved_again(), l.run.again_seconds));
+         return l.is_fit() ? l.again : cell_text("{:.3g}", when(l.run.is_solved_again(), l.run.again_seconds));
        }},
       {"again, iterations", "", "{}",
        [](const L& l) {

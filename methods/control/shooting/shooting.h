@@ -75,10 +75,10 @@ class Shooting {
   /// the plant before an impact there. Only the remaining intervals are unknowns; a free end time is N times the length
   /// of one of them. The start is the rest of the last motion, with the feedback (2) of its last step or without,
   /// whichever costs less. If the plant can run neither, the solution has no trajectory and the last motion stays.
-  /// @param passed  less than the number of intervals of that motion
+  /// @param passed  less than the number of intervals of that motion. @param progress  as in solve()
   ControlSolution resolve(int passed, const Vector& q, const Vector& v, const Progress& progress = {});
 
-  /// Limit of the wall time of the following solves [s]; 0 for none. @throws InputError if it is negative
+  /// @param time_limit  of the wall time of the following solves [s]; 0 for none. @throws InputError if it is negative
   void set_time_limit(double time_limit);
   double time_limit() const { return options_.time_limit; }
 

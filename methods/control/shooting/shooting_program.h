@@ -25,7 +25,7 @@ class ShootingProgram {
   /// @param runner  must outlive this object
   explicit ShootingProgram(PlantRunner& runner);
 
-  /// Bounds of H where the end time is free [s].
+  /// Sets lower and upper bound of H [s], which are used where the end time is free.
   void set_H_bounds(double lower, double upper);
   double H_lower() const { return H_lower_; }
   double H_upper() const { return H_upper_; }
