@@ -41,6 +41,9 @@ constexpr int kMaxRetreat = 20;
 /// Descents into neighbouring pieces, and the part of the predicted decrease that a step along one has to reach.
 constexpr int kMaxDescents = 30, kMaxHalvings = 40;
 constexpr double kArmijo = 1e-3;
+/// A descent with less than this slope, relative like the LPEC, that no step realises is one of rounding: where a switch is
+/// steep, J has curvatures of 1e6, and the cost is known to 1e-14.
+constexpr double kSlopeOfRounding = 1e-4;
 /// Parts of a direction away from all borders that are added to a descent.
 constexpr double kInside[] = {0, 1e-3, 0.03, 0.5};
 
@@ -225,7 +228,16 @@ void Shooting::finish(const Progress& progress) {
       message_.clear();
       return;
     }
-    if (!descend(certificate_) && !retreat(progress)) break;
+    if (!descend(certificate_)) {
+      if (!certificate_.jump && !certificate_.descents.empty() &&
+          certificate_.descents.front().value >= -kSlopeOfRounding) {
+        status_ = Status::success;
+        message_.clear();
+        certificate_.is_stationary = true;
+        return;
+      }
+      if (!retreat(progress)) break;
+    }
     is_examined_ = false;
   }
   if (status_ == Status::step_limit || status_ == Status::time_limit) return;
