@@ -99,6 +99,7 @@ TEST(Tracking, RejectsRelaxationsOutOfRange) {
   EXPECT_EQ(refused_relaxation(shooting + "0.01 --sigma-0 0.1 --noise 0.5 --linear-solver ldl"), "");
   for (const char* wrong : {"0", "-1", "nan", "2", "0.01 --sigma-0 0.001"})
     EXPECT_NE(refused_relaxation(shooting + wrong).find("a number > 0 and <= --sigma-0"), std::string::npos) << wrong;
+  EXPECT_NE(refused_relaxation(shooting + "0.01 --explore 2 --starts 2").find("--starts"), std::string::npos);
   EXPECT_NE(refused_relaxation(shooting + "0.01 --sigma-final 1e-3").find("--sigma-final"), std::string::npos);
   EXPECT_NE(refused_relaxation("discs --method shooting --noise 0.5").find("--noise"), std::string::npos);
   EXPECT_NE(refused_relaxation("discs --from-relaxation 0.01").find("--from-relaxation"), std::string::npos);

@@ -251,13 +251,13 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
     Vector g = scaled.of(its_program.gradient());
     const double change = merit(neighbour) - merit(motion), smooth = epsilon * g.dot(into),
                  own = epsilon * g_own.dot(into), jump = change - smooth;
-    if (std::abs(jump) > kJump * (std::abs(smooth) + std::abs(own)) + kCostRounding * (1 + std::abs(merit(motion)))) {
-      if (jump > 0) {
-        is_edge();
-        continue;
-      }
+    const bool jumps =
+        std::abs(jump) > kJump * (std::abs(smooth) + std::abs(own)) + kCostRounding * (1 + std::abs(merit(motion)));
+    if (jumps && jump > 0) {
+      is_edge();
+      continue;
     }
-    if (change < -options.tolerance * epsilon * size - kCostRounding * (1 + std::abs(merit(motion))) && jump < 0) {
+    if (jumps && change < -options.tolerance * epsilon * size - kCostRounding * (1 + std::abs(merit(motion)))) {
       certificate.lpec = -std::numeric_limits<double>::infinity();
       certificate.jump = Certificate::Direction{epsilon * scaled.controls(into), epsilon * scaled.H(into)};
       ++certificate.n_pieces;
