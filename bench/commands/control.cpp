@@ -167,6 +167,7 @@ void add_control_command(CLI::App& app, int& exit_code) {
       "  ricochet control three_boxes --method shooting --explore 12 --seed 5\n"
       "  ricochet control push_box_goal -N 40 --method shooting --explore 12 --refine 2\n"
       "  ricochet control examples/control/catch_ball.json --method shooting\n"
+      "  ricochet control discs --method shooting --noise 0.5 --from-relaxation 0.01\n"
       "  ricochet control two_carts --discretisation time_stepping --steps 6 --plot out/two_carts");
   command->callback([&exit_code] { exit_code = solve_control_problem(o); });
 }

@@ -195,6 +195,9 @@ void ControlOptions::add(CLI::App& command) {
         !(from_relaxation > 0 && from_relaxation <= homotopy.sigma_0))
       throw InputError("--from-relaxation", from_relaxation,
                        fmt::format("a number > 0 and <= --sigma-0 = {:g} is required", homotopy.sigma_0));
+    if (from_relaxation > 0 && command.get_option("--starts")->count() > 0)
+      throw InputError("--starts", exploration.starts,
+                       "no value is allowed with --from-relaxation, which is one start");
     if (is_shooting() && command.get_option("--max-iterations")->count() > 0) {
       shooting.max_iterations = homotopy.max_iterations;
       homotopy.max_iterations = ControlOptions().homotopy.max_iterations;

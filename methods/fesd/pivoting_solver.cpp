@@ -128,7 +128,6 @@ Status PivotingSolver::advance(double H) {
   begin_step(H);
   bool is_solved = false;
   if (options_.equal_runs) {
-    budget_ = SearchBudget(kMaxPredictions * capacity_);
     has_equal_runs_ = true;
     is_solved = search(0, H, options_.n_fe);
     has_equal_runs_ = false;

@@ -13,8 +13,9 @@
 namespace ricochet {
 namespace {
 
-/// How far into a piece its gradient is taken, in multiples of the distance at which a guard is active.
-constexpr double kProbe = 30;
+/// How far into a piece its gradient is taken, in multiples of the distance at which a guard is active, and of that to the
+/// farthest border. J curves so much where a switch is steep that the gradient is extrapolated from twice this.
+constexpr double kProbe = 0.1, kBeyond = 30;
 /// Guards whose gradients are parallel up to this are one border.
 constexpr double kParallel = 1e-6;
 /// Part of the first-order change that a difference of costs may miss before it counts as a jump.
@@ -154,6 +155,7 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
   Certificate certificate;
   std::vector<Vector> borders;   // gradients of the active guards, of norm 1
   std::vector<double> distance;  // to each of them
+  double farthest = 0;           // the largest of them, relative to the scales of the controls
   for (const Guard& guard : program.guards()) {
     const Vector g = scaled.of(program.gradient(guard.interval, guard.slope));
     const double reach = g.lpNorm<1>();
@@ -164,6 +166,7 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
     if (is_known) continue;
     borders.push_back(direction);
     distance.push_back(std::max(guard.value, 0.0) / g.norm());
+    farthest = std::max(farthest, guard.value / reach);
     certificate.active.push_back(guard);
   }
   const auto b = static_cast<Eigen::Index>(borders.size());
@@ -229,34 +232,46 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
     }
     const Vector into = G_inverse * signs;
     if (((G * into).array() * signs.array()).minCoeff() < 0.5) continue;  // no direction leads there
-    const double epsilon = kProbe * options.active / std::max(into.lpNorm<Eigen::Infinity>(), 1e-12) *
+    const double epsilon = std::max(kProbe * options.active, kBeyond * farthest) /
+                           std::max(into.lpNorm<Eigen::Infinity>(), 1e-12) *
                            std::sqrt(static_cast<double>(scaled.size()));
-    runner.run(x.head(n_q), x.tail(n_q),
-               (motion.u + epsilon * scaled.controls(into))
-                   .cwiseMax(problem.u.lower.replicate(1, N))
-                   .cwiseMin(problem.u.upper.replicate(1, N)),
-               motion.H + epsilon * scaled.H(into), neighbour);
+    const auto run_into = [&](double distance) {
+      runner.run(x.head(n_q), x.tail(n_q),
+                 (motion.u + distance * scaled.controls(into))
+                     .cwiseMax(problem.u.lower.replicate(1, N))
+                     .cwiseMin(problem.u.upper.replicate(1, N)),
+                 motion.H + distance * scaled.H(into), neighbour);
+      if (!neighbour.succeeded() || !lineariser.linearise(neighbour).empty()) return false;
+      its_program.set(neighbour, lineariser);
+      return true;
+    };
     const auto is_edge = [&] {
       ++certificate.n_edges;
       ++certificate.n_pieces;
     };
-    if (!neighbour.succeeded() || !lineariser.linearise(neighbour).empty()) {
+    Vector farther;
+    if (run_into(2 * epsilon)) farther = scaled.of(its_program.gradient());
+    const PlantMotion far = neighbour;
+    if (!run_into(epsilon)) {
       is_edge();
       continue;
     }
-    its_program.set(neighbour, lineariser);
+    const Vector beyond = scaled.of(its_program.gradient());
     // At the border, from where the neighbour is: the cost may be curved so that its gradient differs a lot.
-    const Vector g = scaled.of(its_program.gradient_after(-epsilon * scaled.controls(into), -epsilon * scaled.H(into)));
-    const double change = merit(neighbour) - merit(motion),
-                 smooth = 0.5 * epsilon * (g + scaled.of(its_program.gradient())).dot(into),
+    const bool is_curve_known = farther.size() > 0 && has_same_sequence(far, neighbour);
+    const Vector g =
+        is_curve_known
+            ? Vector(2 * beyond - farther)
+            : scaled.of(its_program.gradient_after(-epsilon * scaled.controls(into), -epsilon * scaled.H(into)));
+    const double change = merit(neighbour) - merit(motion), smooth = 0.5 * epsilon * (g + beyond).dot(into),
                  own = epsilon * g_own.dot(into), jump = change - smooth;
-    if (std::abs(jump) > kJump * (std::abs(smooth) + std::abs(own)) + kCostRounding * (1 + std::abs(merit(motion)))) {
-      if (jump > 0) {
-        is_edge();
-        continue;
-      }
+    const bool jumps =
+        std::abs(jump) > kJump * (std::abs(smooth) + std::abs(own)) + kCostRounding * (1 + std::abs(merit(motion)));
+    if (jumps && jump > 0) {
+      is_edge();
+      continue;
     }
-    if (change < -options.tolerance * epsilon * size - kCostRounding * (1 + std::abs(merit(motion))) && jump < 0) {
+    if (jumps && change < -options.tolerance * epsilon * size - kCostRounding * (1 + std::abs(merit(motion)))) {
       certificate.lpec = -std::numeric_limits<double>::infinity();
       certificate.jump = Certificate::Direction{epsilon * scaled.controls(into), epsilon * scaled.H(into)};
       ++certificate.n_pieces;

@@ -21,7 +21,10 @@ class GuardCollector {
         k_(k),
         interval_(interval),
         n_theta_(interval.x.cols()),
-        guards_(guards) {}
+        guards_(guards) {
+    if (static_cast<std::size_t>(k) + 1 < motion.steps.size())
+      find_switch_at_end(motion.steps[static_cast<std::size_t>(k) + 1]);
+  }
 
   void collect() {
     for (int n = 0; n < step_.n_elements; ++n) {
@@ -34,6 +37,26 @@ class GuardCollector {
   }
 
  private:
+  /// The contact that closes, or whose slip stops, just where the next interval begins. The derivatives are those of a
+  /// switch a little before ((6) of sensitivity.h), so its function does not get positive at the end of this interval.
+  void find_switch_at_end(const FesdStep& next) {
+    const auto last = static_cast<std::size_t>(step_.n_elements) - 1;
+    if (!next.touches || step_.ends[last].contact >= 0) return;
+    const auto &before = step_.elements[last].modes, &after = next.elements[0].modes;
+    const Vector Lambda_n = next.Lambda_n.col(0);
+    const bool has_impulse = !Lambda_n.isZero(0);
+    for (int i = 0; i < info_.n_c() && switch_at_end_ < 0; ++i) {
+      const bool closes = !is_closed(before[i]) && Lambda_n[i] > 0,
+                 stops = !has_impulse && is_slipping(before[i]) && is_closed(after[i]) && after[i] != before[i];
+      if (closes || stops) switch_at_end_ = i;
+    }
+  }
+  /// -1 for the function of a switch at the end of the interval, else 1.
+  double sign(int n, int j, int contact) const {
+    const bool is_end = n == step_.n_elements - 1 && j == step_.elements[n].q.cols() - 1;
+    return is_end && contact == switch_at_end_ ? -1 : 1;
+  }
+
   void add(Guard::Kind kind, int n, int j, int contact, double value, const Eigen::RowVectorXd& slope, double size) {
     if (!slope.allFinite() || slope.lpNorm<Eigen::Infinity>() <= kNoSlope * size) return;
     guards_.push_back({kind, k_, n, j, contact, value, slope});
@@ -78,7 +101,8 @@ class GuardCollector {
       const ContactMode mode = e.modes[i];
       if (!is_closed(mode)) {
         if (is_switch(n, j, SwitchKind::gap_closes, i)) continue;
-        add(Guard::Kind::gap, n, j, i, gap[i], J_n.col(i).transpose() * dq, dq_size);
+        const double side = sign(n, j, i);
+        add(Guard::Kind::gap, n, j, i, side * gap[i], side * J_n.col(i).transpose() * dq, dq_size);
         continue;
       }
       if (!is_switch(n, j, SwitchKind::force_vanishes, i))
@@ -97,7 +121,8 @@ class GuardCollector {
       Vector direction = contact.n_t == 1 ? Vector::Constant(1, slip_sign(mode)) : Vector(s / speed);
       if (!direction.allFinite()) continue;  // slip in space at rest: its direction is that of the force
       const Matrix ds = T.middleRows(t, contact.n_t) * dq + J_t.middleCols(t, contact.n_t).transpose() * dv;
-      add(Guard::Kind::slip, n, j, i, direction.dot(s), direction.transpose() * ds, dv_size);
+      const double side = sign(n, j, i);
+      add(Guard::Kind::slip, n, j, i, side * direction.dot(s), side * direction.transpose() * ds, dv_size);
     }
   }
 
@@ -109,6 +134,7 @@ class GuardCollector {
   const LinearisedInterval& interval_;
   const Eigen::Index n_theta_;
   std::vector<Guard>& guards_;
+  int switch_at_end_ = -1;  // contact
 };
 
 }  // namespace

@@ -42,6 +42,11 @@ constexpr int kMaxRetreat = 20;
 /// Descents into neighbouring pieces, and the part of the predicted decrease that a step along one has to reach.
 constexpr int kMaxDescents = 30, kMaxHalvings = 40;
 constexpr double kArmijo = 1e-3;
+/// Multiples of the step that showed a jump downwards, at most.
+constexpr double kLongestJump = 1e9;
+/// A descent with less than this slope, relative like the LPEC, that no step realises is one of rounding: where a switch is
+/// steep, J has curvatures of 1e6, and the cost is known to 1e-14.
+constexpr double kSlopeOfRounding = 1e-4;
 /// Parts of a direction away from all borders that are added to a descent.
 constexpr double kInside[] = {0, 1e-3, 0.03, 0.5};
 
@@ -260,7 +265,16 @@ void Shooting::finish(const Progress& progress) {
       message_.clear();
       return;
     }
-    if (!descend(certificate_) && !retreat(progress)) break;
+    if (!descend(certificate_)) {
+      if (!certificate_.jump && !certificate_.descents.empty() &&
+          certificate_.descents.front().value >= -kSlopeOfRounding) {
+        status_ = Status::success;
+        message_.clear();
+        certificate_.is_stationary = true;
+        return;
+      }
+      if (!retreat(progress)) break;
+    }
     is_examined_ = false;
   }
   if (status_ == Status::step_limit || status_ == Status::time_limit) return;
@@ -290,14 +304,22 @@ bool Shooting::retreat(const Progress& progress) {
 
 /// Takes a step along a descent of a certificate. @return whether one is accepted
 bool Shooting::descend(const Certificate& certificate) {
-  if (certificate.jump) return try_direction(certificate.jump->u, certificate.jump->H, 1, 0);
+  if (certificate.jump) {  // as far as the cost falls: beside a border its slope may be infinite
+    double t = 1;
+    while (t < kLongestJump && try_direction(certificate.jump->u, certificate.jump->H, t, 0)) t *= 2;
+    if (t > 1) Delta_ = std::max(Delta_, options_.Delta * kRestart);
+    return t > 1;
+  }
   for (const auto& [value, d, into, into_value] : certificate.descents) {
     for (const double inside : kInside) {  // d lies on borders, which may curve
       const double slope = -(value + inside * into_value);
       if (slope <= 0) continue;
       double t = 1;
       for (int k = 0; k < kMaxHalvings; ++k, t *= 0.5)
-        if (try_direction(d.u + inside * into.u, d.H + inside * into.H, t, slope)) return true;
+        if (try_direction(d.u + inside * into.u, d.H + inside * into.H, t, slope)) {
+          Delta_ = std::clamp(t, Delta_, kLargestDelta);
+          return true;
+        }
     }
   }
   return false;
@@ -312,7 +334,6 @@ bool Shooting::try_direction(const Matrix& d, double d_H, double t, double slope
   runner_.run(x.head(n_q), x.tail(n_q), u, motion_.H + t * d_H, trial_);
   if (!trial_.succeeded() || merit(motion_) - merit(trial_) <= kArmijo * t * slope) return false;
   std::swap(motion_, trial_);
-  Delta_ = std::clamp(t, Delta_, kLargestDelta);
   last_size_ = std::numeric_limits<double>::infinity();
   return true;
 }
