@@ -76,7 +76,7 @@ TEST(Tracking, FollowsTheLastPointOfARelaxationThatEndsAtALimit) {
   const ControlOptions options =
       ControlOptions::parse("discs --method shooting --from-relaxation 0.01 --noise 0.5 --time-limit 0.1");
   const auto problem = options.make_problem();
-  const GuessedControls guess = guessed_controls(options, *problem);
+  const GuessedControls guess = guessed_controls(options);
   ASSERT_EQ(guess.u.size(), 1U);
   EXPECT_EQ(guess.u[0].cols(), problem->n_intervals);
   EXPECT_TRUE(guess.u[0].allFinite());
