@@ -182,13 +182,12 @@ void expect_right_derivatives(const OptimalControlProblem& problem, double size,
 }
 
 /// Compares the derivatives of the state at T with differences of CVODE with events, for the first random controls whose
-/// motion is wanted. The problem's elements are made so short that their own error does not matter.
-void expect_derivatives_of_plant(OptimalControlProblem& problem, double size,
-                                 const std::function<bool(const Sequence&)>& is_wanted, double change = 1e-3,
-                                 double tolerance = 1e-6) {
+/// motion is wanted. @param n  intervals, whose elements are so short that their own error does not matter
+void expect_derivatives_of_plant(OptimalControlProblem& problem, int n, double size,
+                                 const std::function<bool(const Sequence&)>& is_wanted, double change = 1e-3) {
   problem.tableau = "radau-iia:5";
-  problem.n_fe = 6;
-  problem.n_intervals = 6;
+  problem.n_intervals = n;
+  problem.n_fe = 8;
   PlantRunner runner(problem, tableau_argument(problem.tableau));
   const ProblemInfo& info = problem.plant->info();
   std::mt19937 random(2);
@@ -204,21 +203,21 @@ void expect_derivatives_of_plant(OptimalControlProblem& problem, double size,
     const Matrix ours = all.bottomRows(2 * runner.plant().n_q()).leftCols(motion.u.size());
     const Matrix truth = gradient_by_differences(problem, runner.trajectory(motion), reference_solver(1e-12), change);
     // The reference is good to its tolerance over the change.
-    EXPECT_LE((ours - truth).cwiseAbs().maxCoeff(), tolerance * (1 + truth.cwiseAbs().maxCoeff())) << problem.id;
+    EXPECT_LE((ours - truth).cwiseAbs().maxCoeff(), 1e-6 * (1 + truth.cwiseAbs().maxCoeff())) << problem.id;
     return;
   }
   ADD_FAILURE() << problem.id << ": no such motion was found";
 }
 
 TEST(LinearisedInterval, AgreesWithDifferencesOfThePlant) {
-  expect_derivatives_of_plant(*make_control_problem("two_carts"), 4, [](const Sequence& s) { return s.impacts >= 1; });
+  expect_derivatives_of_plant(*make_control_problem("two_carts"), 6, 4,
+                              [](const Sequence& s) { return s.impacts >= 1; });
   const auto pole = make_control_problem("cart_pole_friction");
-  expect_derivatives_of_plant(*pole, 4, [](const Sequence& s) { return s.stops >= 1; });
-  expect_derivatives_of_plant(*pole, 4, [](const Sequence& s) { return s.slips >= 1; });
-  expect_derivatives_of_plant(*make_control_problem("hopper"), 10, [](const Sequence& s) { return s.breaks >= 1; });
-  // The drag of the discs turns within a tenth of an element: that is the error of the elements.
+  expect_derivatives_of_plant(*pole, 6, 4, [](const Sequence& s) { return s.stops >= 1; });
+  expect_derivatives_of_plant(*pole, 6, 4, [](const Sequence& s) { return s.slips >= 1; });
+  expect_derivatives_of_plant(*make_control_problem("hopper"), 6, 10, [](const Sequence& s) { return s.breaks >= 1; });
   expect_derivatives_of_plant(
-      *make_control_problem("discs"), 20, [](const Sequence& s) { return s.impacts >= 1; }, 1e-4, 1e-5);
+      *make_control_problem("discs"), 25, 20, [](const Sequence& s) { return s.impacts >= 1; }, 1e-4);
 }
 
 TEST(LinearisedInterval, GoesThroughImpacts) {
@@ -293,7 +292,9 @@ TEST(PlantMotion, ItsCostChangesContinuouslyWhereAnImpactMoves) {
     last = place;
     const double change = motion.cost - before;
     // The cost is smooth away from jumps: its changes by equal steps differ by little.
-    if (k > 1) EXPECT_LE(std::abs(change - change_before), 0.05 * std::abs(change_before) + 1e-3) << k;
+    if (k > 1) {
+      EXPECT_LE(std::abs(change - change_before), 0.05 * std::abs(change_before) + 1e-3) << k;
+    }
     before = motion.cost;
     change_before = change;
   }
