@@ -55,7 +55,7 @@ ordered_json without_entry(ordered_json scene, const char* list, std::size_t i) 
 }
 
 ordered_json without_friction(ordered_json scene, std::size_t i) {
-  for (const char* field : {"mu", "Jt", "vt_drive"}) scene["contacts"][i].erase(field);
+  for (const char* field : {"mu", "mu_static", "Jt", "vt_drive"}) scene["contacts"][i].erase(field);
   return scene;
 }
 
