@@ -153,6 +153,13 @@ std::vector<ordered_json> simpler(const ordered_json& scene) {
   for (std::size_t i = 0; i < scene["contacts"].size(); ++i) {
     if (scene["contacts"][i].contains("mu")) candidates.push_back(without_friction(scene, i));
   }
+  for (const auto& [list, field] : {std::pair("contacts", "mu_static"), std::pair("friction", "static_ratio")}) {
+    for (std::size_t i = 0; i < length_of(scene, list); ++i) {
+      if (!scene[list][i].contains(field)) continue;
+      candidates.push_back(scene);
+      candidates.back()[list][i].erase(field);
+    }
+  }
   if (scene.contains("params")) {
     for (const auto& [name, value] : scene["params"].items()) {
       for (const auto& simple : simpler_values(name, value)) candidates.push_back(with_parameter(scene, name, simple));

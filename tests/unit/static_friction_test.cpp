@@ -86,7 +86,7 @@ TEST(StaticFriction, StickSlipOscillatorHasItsPeriod) {
     exact.at(T);
     expect_static_end(block("0", "0", "20*(0.3*t-q[0])", T), {exact.x, 0}, {exact.v, 0});
   }
-  const auto problem = read_scene_text(block("0", "0", "20*(0.3*t-q[0])", 6), "scene");
+  const auto problem = read_scene_file(test_data("stick_slip.json"));
   for (const MethodRun& how : kStaticFrictionRuns) {
     const Solution s = run_as(*problem, how);
     std::vector<double> breaks;
