@@ -112,9 +112,9 @@ TEST(StaticFriction, FrictionElementOscillates) {
   StickSlip exact{.m = 1, .k = 20, .V = 0.3, .F_s = 5, .F_k = 3};
   exact.at(4);
   expect_static_end(
-      R"({"params": {"F": "3"}, "q0": [0], "v0": [0], "T": 4, "M": [[1]], "f": ["20*(0.3*t-q[0])"],
+      R"~({"params": {"F": "3"}, "q0": [0], "v0": [0], "T": 4, "M": [[1]], "f": ["20*(0.3*t-q[0])"],
           "friction": [{"name": "guide", "Jt": [["1"]], "bound": "F", "static_ratio": "5/F"}]
-})",
+})~",
       {exact.x}, {exact.v});
 }
 
@@ -124,9 +124,9 @@ TEST(StaticFriction, TiltingPlaneReleasesAtTheAngleOfStaticFriction) {
   const auto v = [&](double t) { return kGravity / a * (-std::cos(a * t) - 0.3 * std::sin(a * t)); };
   const auto x = [&](double t) { return kGravity / (a * a) * (-std::sin(a * t) + 0.3 * std::cos(a * t)); };
   expect_static_end(
-      R"({"q0": [0, 0], "v0": [0, 0], "T": 4, "M": [[1, 0], [0, 1]], "f": ["9.81*sin(0.2*t)", "-9.81*cos(0.2*t)"],
+      R"~({"q0": [0, 0], "v0": [0, 0], "T": 4, "M": [[1, 0], [0, 1]], "f": ["9.81*sin(0.2*t)", "-9.81*cos(0.2*t)"],
           "contacts": [{"name": "plane", "gap": "q[1]", "mu": 0.3, "mu_static": 0.5, "Jt": [["1", "0"]]}]
-})",
+})~",
       {x(T) - x(begin) - v(begin) * (T - begin), 0}, {v(T) - v(begin), 0},
       {{"event_driven", 0, 1e-12, 1e-9}, {"fesd_adaptive:radau-iia:4", 0, 1e-12, 1e-9}, {"cvode", 0, 1e-13, 1e-9}});
 }
@@ -174,10 +174,10 @@ TEST(StaticFriction, ImpulsesHaveTheCoefficientOfSlip) {
 TEST(StaticFriction, AHitAlongTheGroundBreaksLoose) {
   // A ball of 1 kg hits a block that rests under a load between both bounds. e = 1: they exchange velocities.
   const std::string scene =
-      R"({"q0": [0, 0, -0.6], "v0": [0, 0, 2], "T": 1, "M": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
+      R"~({"q0": [0, 0, -0.6], "v0": [0, 0, 2], "T": 1, "M": [[1, 0, 0], [0, 1, 0], [0, 0, 1]],
           "f": ["-4", "-9.81", "0"],
           "contacts": [{"name": "ground", "gap": "q[1]", "mu": 0.3, "mu_static": 0.5, "Jt": [["1", "0", "0"]]},
-                       {"name": "hit", "gap": "q[0]-q[2]", "e": 1}]})";
+                       {"name": "hit", "gap": "q[0]-q[2]", "e": 1}]})~";
   const double slip = 4 + 0.3 * kGravity, stop = 2 / slip;
   ASSERT_LT(0.3 + stop, 1);
   expect_static_end(scene, {stop, 0, 0}, {0, 0, 0});
@@ -187,10 +187,10 @@ TEST(StaticFriction, ABounceOnABlockThatSticks) {
   // A ball falls on a block that a load between both bounds pulls: the impulse through the block has no tangential part,
   // so that the block sticks on.
   const std::string scene =
-      R"({"q0": [0, 0, 0.2], "v0": [0, 0, 0], "T": 0.35, "M": [[1, 0, 0], [0, 1, 0], [0, 0, 0.1]],
+      R"~({"q0": [0, 0, 0.2], "v0": [0, 0, 0], "T": 0.35, "M": [[1, 0, 0], [0, 1, 0], [0, 0, 0.1]],
           "f": ["4", "-9.81", "-0.981"],
           "contacts": [{"name": "ground", "gap": "q[1]", "mu": 0.3, "mu_static": 0.5, "Jt": [["1", "0", "0"]]},
-                       {"name": "top", "gap": "q[2]-q[1]", "e": 0.5}]})";
+                       {"name": "top", "gap": "q[2]-q[1]", "e": 0.5}]})~";
   const double fall = std::sqrt(0.4 / kGravity), up = 0.5 * kGravity * fall, left = 0.35 - fall;
   ASSERT_LT(left, up / kGravity * 2);
   expect_static_end(scene, {0, 0, up * left - kGravity * left * left / 2}, {0, 0, up - kGravity * left});
@@ -202,28 +202,28 @@ TEST(StaticFriction, BlocksThatBreakLooseTogether) {
   StickSlip exact{.m = 1, .k = 20, .V = 0.3, .F_s = 0.5 * kGravity, .F_k = 0.3 * kGravity};
   exact.at(3);
   expect_static_end(
-      R"({"q0": [0, 0, 0, 0], "v0": [0, 0, 0, 0], "T": 3, "M": [[1,0,0,0], [0,1,0,0], [0,0,1,0], [0,0,0,1]],
+      R"~({"q0": [0, 0, 0, 0], "v0": [0, 0, 0, 0], "T": 3, "M": [[1,0,0,0], [0,1,0,0], [0,0,1,0], [0,0,0,1]],
           "f": ["20*(0.3*t-q[0])", "-9.81", "20*(0.3*t-q[2])", "-9.81"],
           "contacts": [{"name": "a", "gap": "q[1]", "mu": 0.3, "mu_static": 0.5, "Jt": [["1", "0", "0", "0"]]},
                        {"name": "b", "gap": "q[3]", "mu": 0.3, "mu_static": 0.5, "Jt": [["0", "0", "1", "0"]]}]
-})",
+})~",
       {exact.x, 0, exact.x, 0}, {exact.v, 0, exact.v, 0});
 }
 
 /// a pulls b by a spring that is relaxed at first.
 TEST(StaticFriction, ElementsBreakLooseOneAfterTheOther) {
   const std::string scene =
-      R"({"q0": [0, 0], "v0": [0, 0], "T": 1, "M": [[1, 0], [0, 1]], "f": ["6*t-50*(q[0]-q[1])", "50*(q[0]-q[1])"],
+      R"~({"q0": [0, 0], "v0": [0, 0], "T": 1, "M": [[1, 0], [0, 1]], "f": ["6*t-50*(q[0]-q[1])", "50*(q[0]-q[1])"],
           "friction": [{"name": "a", "Jt": [["1", "0"]], "bound": "2", "static_ratio": "1.5"},
-                       {"name": "b", "Jt": [["0", "1"]], "bound": "2", "static_ratio": "1.5"}]})";
+                       {"name": "b", "Jt": [["0", "1"]], "bound": "2", "static_ratio": "1.5"}]})~";
   const auto problem = read_scene_text(scene, "scene");
-const Solution a = run_as(*problem, {"event_driven", 0, 1e-12}),
-               b = run_as(*problem, {"fesd_adaptive:radau-iia:4", 0, 1e-12});
-ASSERT_TRUE(a.succeeded()) << a.message;
-ASSERT_TRUE(b.succeeded()) << b.message;
-EXPECT_LE((a.q - b.q).norm() + (a.v - b.v).norm(), 1e-10);
-ASSERT_GE(a.events.size(), 2U);
-EXPECT_NEAR(a.events[0].t, 0.5, 1e-12);  // a reaches 3 N
+  const Solution a = run_as(*problem, {"event_driven", 0, 1e-12}),
+                 b = run_as(*problem, {"fesd_adaptive:radau-iia:4", 0, 1e-12});
+  ASSERT_TRUE(a.succeeded()) << a.message;
+  ASSERT_TRUE(b.succeeded()) << b.message;
+  EXPECT_LE((a.q - b.q).norm() + (a.v - b.v).norm(), 1e-10);
+  ASSERT_GE(a.events.size(), 2U);
+  EXPECT_NEAR(a.events[0].t, 0.5, 1e-12);  // a reaches 3 N
 }
 
 // --- Random scenes --------------------------------------------------------------------------------------------------
@@ -294,6 +294,7 @@ TEST(StaticFriction, RandomOscillatorsHaveTheirClosedForm) {
 /// Blocks in a row on springs, of which the first may fall and hop.
 TEST(StaticFriction, MethodsAgreeOnRandomRows) {
   std::mt19937 generator(45);
+  int followed = 0, declined = 0;
   for (int n = 0; n < 100; ++n) {
     const int blocks = 2 + n % 2;
     std::string q0, v0, M, f, contacts;
@@ -329,13 +330,20 @@ TEST(StaticFriction, MethodsAgreeOnRandomRows) {
     const Solution a = run_as(*problem, {"event_driven", 0, 1e-11}),
                    b = run_as(*problem, {"fesd_adaptive:radau-iia:4", 0, 1e-11}),
                    c = run_as(*problem, {"cvode", 0, 1e-12});
-    if (n % 8 == 0) continue;  // bounces that accumulate end event location
+    if (n % 8 == 0) {  // bounces that accumulate may end event location
+      for (const Solution* other : {&b, &c})
+        if (a.succeeded() && other->succeeded())
+          EXPECT_LE((a.q - other->q).norm() + (a.v - other->v).norm(), 1e-7) << n;
+      ++(b.succeeded() ? followed : declined);
+      continue;
+    }
     ASSERT_TRUE(a.succeeded()) << n << ": " << a.message;
     ASSERT_TRUE(b.succeeded()) << n << ": " << b.message;
     ASSERT_TRUE(c.succeeded()) << n << ": " << c.message;
     EXPECT_LE((a.q - b.q).norm() + (a.v - b.v).norm(), 1e-7) << n;
     EXPECT_LE((a.q - c.q).norm() + (a.v - c.v).norm(), 1e-7) << n;
   }
+  EXPECT_GT(followed, declined);
 }
 
 // --- Equal coefficients, declined methods, input ----------------------------------------------------------------------
@@ -381,22 +389,21 @@ TEST(StaticFriction, BadFieldsAreNamed) {
   expect(R"("mu": 0.3, "mu_static": 0.2)", "mu_static (ground) = 0.2: a finite number >= mu = 0.3 is required");
   expect(R"("mu": 0.3, "mu_static": -1)", "mu_static");
   expect(R"("mu_static": 0.2)", "a coefficient mu > 0");
-  expect(R"("mu": "if(q[0]<1,0.3,0.2)", "mu_static" : 0.5) ", " that does not vary ");
-      expect(R"("mu": 0.3, "mu_static": "q[0]")", "q");
+  expect(R"~("mu": "if(q[0]<1,0.3,0.2)", "mu_static": 0.5)~", "that does not vary");
+  expect(R"~("mu": 0.3, "mu_static": "q[0]")~", "q");
 }
 
 TEST(StaticFriction, ExportReadsBack) {
-  for (const std::string& scene :
-       {block("0", "0", "20*(0.3*t-q[0])", 2),
-        std::string(R"({"q0": [0], "v0": [0], "T": 1, "M": [[1]], "f": ["20*(0.3*t-q[0])"],
-          "friction": [{"name": "guide", "Jt": [["1"]], "bound": "1", "static_ratio": "2"}]})
-    ")})
-        expect_export_reads_back(*read_scene_text(scene, "scene"), {"event_driven", 0, 1e-9});
+  const std::string element = R"~({"q0": [0], "v0": [0], "T": 1, "M": [[1]], "f": ["20*(0.3*t-q[0])"],
+    "friction": [{"name": "guide", "Jt": [["1"]], "bound": "1", "static_ratio": "2"}]})~";
+  for (const std::string& scene : {block("0", "0", "20*(0.3*t-q[0])", 2), element})
+    expect_export_reads_back(*read_scene_text(scene, "scene"), {"event_driven", 0, 1e-9});
 }
 
 TEST(StaticFriction, RunsEndWhereAFormulaVanishes) {
   const std::string scene = block("0", "0", "20*(0.3*t-q[0])", 2);
-  const auto problem = read_scene_text(scene.substr(0, scene.size() - 1) + R"(, "until": "q[0]-0.1"})", "scene");
+  const std::string until = R"~(, "until": "q[0]-0.1"})~";
+  const auto problem = read_scene_text(scene.substr(0, scene.size() - 1) + until, "scene");
   for (const MethodRun& how : kStaticFrictionRuns) {
     const Solution s = run_as(*problem, how);
     ASSERT_TRUE(s.succeeded()) << how.method << ": " << s.message;
