@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <utility>
@@ -15,6 +16,7 @@ namespace {
 constexpr double kSameTime = 1e-12;   // of the end time
 constexpr double kZeroGap = 1e-9;     // of the terms of a gap and of its rate: closed at the start
 constexpr double kZeroSpeed = 1e-11;  // of the terms of a slip velocity: zero, as after an impact that ends slip
+constexpr double kDependent = 1e-9;   // of a direction: what is left of it beside the others
 constexpr double kShortest = 1e-15;   // of the end time: what time can resolve
 constexpr int kMostChanges = 20;      // at one time, and four for each contact
 
@@ -46,6 +48,42 @@ bool StaticFrictionRun::is_closed_at(int i, const Vector& q, const Vector& v) co
   const Vector J_n = problem_.normal_jacobian(q).col(i);
   return std::abs(problem_.gap(q)[i]) <= kZeroGap * J_n.cwiseAbs().dot((1 + q.array().abs()).matrix()) &&
          std::abs(J_n.dot(v)) <= kZeroGap * J_n.cwiseAbs().dot((1 + v.array().abs()).matrix());
+}
+
+/// A contact with mu_static that sticks, and whose forces are not unique: columns (J_n, J_t) of contact i depend on those
+/// of the other closed contacts. -1 if there is none.
+int StaticFrictionRun::undetermined_contact() const {
+  if (std::ranges::count(sticks_, 1) == 0) return -1;
+  const ProblemInfo& info = problem_.info();
+  const Vector &q = total_.q, &v = total_.v;
+  const Matrix J_n = problem_.force_directions(problem_.normal_jacobian(q)),
+               slip = problem_.tangent_jacobian(q).transpose() * v,
+               J_t = problem_.force_directions(problem_.tangent_jacobian(q));
+  const auto n_closed_directions = [&](int without) {
+    Matrix J(q.size(), 0);
+    const auto add = [&](const Vector& direction) {
+      J.conservativeResize(Eigen::NoChange, J.cols() + 1);
+      J.rightCols(1) = direction.normalized();
+    };
+    for (int i = 0; i < info.n_c(); ++i) {
+      const ContactInfo& contact = info.contacts[static_cast<std::size_t>(i)];
+      if (i == without || (!contact.is_bilateral && !is_closed_at(i, q, v))) continue;
+      add(J_n.col(i));
+      const bool sticks = sticks_[static_cast<std::size_t>(i)] != 0 ||
+                          (contact.mu_static == 0 &&
+                           slip.middleRows(contact.tangent_index, contact.n_t).norm() <= kZeroSpeed * (1 + v.norm()));
+      for (int d = 0; d < contact.n_t && sticks; ++d) add(J_t.col(contact.tangent_index + d));
+    }
+    if (J.cols() == 0) return Eigen::Index{0};
+    Eigen::ColPivHouseholderQR<Matrix> qr(J);
+    qr.setThreshold(kDependent);
+    return qr.rank();
+  };
+  const Eigen::Index all = n_closed_directions(-1);
+  for (int i = 0; i < info.n_c(); ++i) {
+    if (sticks_[static_cast<std::size_t>(i)] != 0 && all != n_closed_directions(i) + 2) return i;
+  }
+  return -1;
 }
 
 /// Whether an event ends the slip of contact i, which may begin again.
@@ -213,6 +251,10 @@ Solution StaticFrictionRun::solve(int steps) {
     }
     Problem& here = at(sticks_);
     hold_closed(here, modes_, sticks_, total_.q, total_.v);
+    if (const int contact = undetermined_contact(); contact >= 0) {
+      fail(contact, "shares its load with others, so that friction does not tell which of them breaks loose");
+      break;
+    }
     double until = T;
     const int n = steps > 0 ? piece_on_grid(total_.t, T, steps, until) : 0;
     here.set_initial_state(total_.q, total_.v);

@@ -32,6 +32,9 @@ namespace ricochet {
 /// of their coefficients. A run ends with Status::infeasible and the name of a contact if there is no end of that, as
 /// where friction changes again and again at one instant.
 ///
+/// The forces of a contact that sticks must be unique: where contacts share them, as the two feet of a box do, no bound
+/// tells which of them breaks loose, and the run ends with Status::infeasible and the name of the contact.
+///
 /// A contact that closes without an impulse, and sticks, is no event; its coefficient changes after that step.
 ///
 /// Source: Leine, Nijmeijer, *Dynamics and Bifurcations of Non-Smooth Mechanical Systems* (2004), section 3.2, for the
@@ -75,6 +78,7 @@ class StaticFrictionRun {
   }
   bool stands_still(int i, const Vector& q, const Vector& v) const;
   bool is_closed_at(int i, const Vector& q, const Vector& v) const;
+  int undetermined_contact() const;
   bool comes_to_rest(int i, const Event& event) const;
   void take_coefficients_at_rest(const Vector& q, const Vector& v);
   void take_coefficients(const Event& event);
