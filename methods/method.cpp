@@ -4,13 +4,16 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 #include <new>
 #include <optional>
 
 #include "methods/regions/region_run.h"
 #include "methods/regions/until_run.h"
 #include "methods/step_check.h"
+#include "methods/time_limit.h"
 #include "problems/input_error.h"
+#include "problems/regions/static_friction.h"
 
 namespace ricochet {
 
@@ -38,6 +41,9 @@ void check(const MethodInfo& method, const ProblemInfo& problem, const Settings&
       !settings.sensitivities.empty() && law != ImpactHypothesis::newton && problem.n_c() > problem.n_bilateral())
     throw InputError("sensitivities", settings.sensitivities.front(),
                      fmt::format("none are possible through impacts of the law {}", name_of(law)));
+  if (!settings.sensitivities.empty() && problem.has_static_friction())
+    throw InputError("sensitivities", settings.sensitivities.front(),
+                     "none are possible where a contact has another coefficient of friction while it sticks");
   require(settings.time_limit >= 0, "time_limit", settings.time_limit, "a number of seconds >= 0 is required");
 }
 
@@ -108,6 +114,13 @@ Support Method::can_run(const ProblemInfo& problem) const {
   if (of_speed != problem.contacts.end() && !info().has_restitution_of_speed)
     return Support::no(
         fmt::format("e of contact '{}' depends on the approach speed vn, and it requires a number", of_speed->name));
+  const auto is_static = [](const ContactInfo& contact) { return contact.mu_static != 0; };
+  if (const auto found = std::ranges::find_if(problem.contacts, is_static);
+      found != problem.contacts.end() && !info().has_static_friction)
+    return Support::no(
+        fmt::format("'{}' has another coefficient of friction while it sticks, and it does not locate "
+                    "where that begins and ends",
+                    found->name));
   return supports(problem);
 }
 
@@ -118,7 +131,8 @@ void Method::require_support(const ProblemInfo& problem) const {
 
 Solution Method::solve(const Problem& problem, const Settings& settings) const {
   require_support(problem.info());
-  if (runs_by_regions(info(), problem.info()) || needs_until(info(), problem.info()))
+  if (problem.info().has_static_friction() || runs_by_regions(info(), problem.info()) ||
+      needs_until(info(), problem.info()))
     return prepare(problem)->solve(settings);
   check(info(), problem.info(), settings);
   Solution solution = guarded(problem, [&] { return do_solve(problem, with_events(settings, problem.info())); });
@@ -131,7 +145,10 @@ class Method::CheckedSolver final : public Solver {
  public:
   CheckedSolver(const Method& method, const Problem& problem)
       : method_(method), info_(method.info()), problem_(problem) {
-    if (runs_by_regions(info_, problem.info()))
+    if (problem.info().has_static_friction())
+      friction_.emplace(problem, [this](const Problem& here, const StaticFrictionRun::Sticks& sticks, int steps,
+                                        const EndsRun& ends) { return run_piece(here, sticks, steps, ends); });
+    else if (runs_by_regions(info_, problem.info()))
       regions_.emplace(problem, info_.is_adaptive, [&method](const Problem& region) { return method.prepare(region); });
     else
       solver_ = method.do_prepare(problem);
@@ -141,6 +158,7 @@ class Method::CheckedSolver final : public Solver {
     check(info_, problem_.info(), settings);
     const Settings with = with_events(settings, problem_.info());
     Solution solution = guarded(problem_, [&] {
+      if (friction_) return run_by_friction(with);
       if (regions_) return regions_->solve(with);
       if (needs_until(info_, problem_.info()))
         return run_until(problem_, with, [&](const Problem& of, const Settings& s) {
@@ -153,11 +171,32 @@ class Method::CheckedSolver final : public Solver {
   }
 
  private:
+  Solution run_by_friction(const Settings& settings) {
+    of_pieces_ = settings;
+    of_pieces_.recording = std::max(settings.recording, Recording::events);
+    limit_.emplace(settings.time_limit);
+    return friction_->solve(info_.is_adaptive ? 0 : settings.steps);
+  }
+
+  Solution run_piece(const Problem& here, const StaticFrictionRun::Sticks& sticks, int steps, const EndsRun& ends) {
+    Settings settings = of_pieces_;
+    settings.steps = steps;
+    settings.ends = ends;
+    if (settings.time_limit > 0) settings.time_limit = std::max(1e-3, limit_->left());
+    auto& solver = pieces_[sticks];
+    if (!solver) solver = method_.prepare(here);
+    return solver->solve(settings);
+  }
+
   const Method& method_;
   const MethodInfo info_;
   const Problem& problem_;
   std::unique_ptr<Solver> solver_;
-  std::optional<RegionRun> regions_;  // in place of solver_
+  std::optional<RegionRun> regions_;           // in place of solver_
+  std::optional<StaticFrictionRun> friction_;  // likewise; its pieces have solvers of their own
+  std::map<StaticFrictionRun::Sticks, std::unique_ptr<Solver>> pieces_;
+  Settings of_pieces_;
+  std::optional<TimeLimit> limit_;
 };
 
 std::unique_ptr<Solver> Method::prepare(const Problem& problem) const {

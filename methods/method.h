@@ -41,7 +41,9 @@ struct Settings {
   bool stays_in_region =
       false;                    ///< end where a step leaves the region of the problem: Solution::exit; set by RegionRun
   UntilWatch* until = nullptr;  ///< called after each step: whether the run ends there; set by Method
-  bool audit = false;           ///< evaluate every equation of the method after each step: Solution::residuals
+  /// The same, of methods with static friction, which have events; set by Method.
+  EndsRun ends = nullptr;
+  bool audit = false;  ///< evaluate every equation of the method after each step: Solution::residuals
 };
 
 /// Properties that a method claims, for reports; tests compare its orders with measured ones.
@@ -60,6 +62,9 @@ struct MethodInfo {
   /// It evaluates coefficients of restitution that depend on the approach speed, ContactInfo::restitution(); it declines
   /// scenes with them otherwise.
   bool has_restitution_of_speed = false;
+  /// Its events are located, so that Method can run scenes with a mu_static, piece by piece (StaticFrictionRun); other
+  /// methods decline them.
+  bool has_static_friction = false;
   /// It ends runs where they leave their region, and follows formulas that bend or jump region by region (RegionRun).
   /// Other methods evaluate the branch that holds at each point.
   bool has_regions = false;

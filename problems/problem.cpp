@@ -5,6 +5,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <Eigen/SparseCholesky>
+#include <algorithm>
 #include <cmath>
 
 #include "problems/dense_solve.h"
@@ -13,6 +14,10 @@
 #include "problems/levers.h"
 
 namespace ricochet {
+
+bool ProblemInfo::has_static_friction() const {
+  return std::ranges::any_of(contacts, [](const ContactInfo& contact) { return contact.mu_static != 0; });
+}
 
 Matrix Problem::mass_matrix(const Vector& q) const {
   Matrix M(n_q(), n_q());
@@ -242,6 +247,10 @@ void validate(const Problem& problem, double depth) {
       throw InputError(field("e"), contact.eps_r, "a bilateral constraint has no restitution, 0 is required");
     if (contact.is_bilateral && contact.mu != 0)
       throw InputError(field("mu"), contact.mu, "a bilateral constraint has no friction, 0 is required");
+    if (contact.mu_static != 0 && (!(contact.mu_static >= contact.mu) || !std::isfinite(contact.mu_static)))
+      throw InputError(
+          contact.is_friction_element ? fmt::format("friction '{}': static_ratio", contact.name) : field("mu_static"),
+          contact.mu_static, fmt::format("a finite number >= mu = {} is required", contact.mu));
     if (!contact.mu_varies) continue;
     if (const double mu = problem.friction_coefficients(info.q0)[i]; !(mu > 0) || !std::isfinite(mu))
       throw InputError(field("mu"), mu, "a formula of q or t > 0 is required, at q0 and along the motion");

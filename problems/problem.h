@@ -45,6 +45,7 @@ struct ContactInfo {
   double eps_r = 0;                  ///< restitution coefficient, in [0, 1]; kVaries if it depends on the speed
   double mu = 0;                     ///< friction coefficient, >= 0; zero exactly when n_t is zero
   bool mu_varies = false;            ///< mu is a formula of q or t, Problem (9)
+  double mu_static = 0;              ///< friction coefficient while it sticks, > mu, Problem (10); 0: it is mu
   std::shared_ptr<const RestitutionOfSpeed> eps_r_of_speed = {};  ///< null if eps_r holds at every speed
   int n_t = 0;               ///< tangent directions: 0 frictionless, 1 planar, 2 in space
   std::vector<int> support;  ///< coordinates q_k that occur in the gap or the tangents, ascending
@@ -141,6 +142,7 @@ struct ProblemInfo {
   /// Time at which a run begins [s]: 0, but for a part of a motion whose clock has run before.
   double start_time() const { return clock < 0 ? 0 : q0[clock]; }
   bool has_friction() const { return n_lambda_t > 0; }       ///< Some contact has friction.
+  bool has_static_friction() const;                          ///< Some contact has a mu_static, Problem (10).
   bool has_bilateral() const { return !bilateral.empty(); }  ///< Some contact is a constraint.
 
   int n_normal_entries = 0;   ///< length of a packed J_n
@@ -189,6 +191,10 @@ struct ProblemInfo {
 /// The products J_t lambda_t and v_t' lambda_t stay the same, and so does (5), forces and impulses alike
 /// (derivatives/varying_friction.h). A coefficient of restitution may be a formula of the approach speed -J_n' v- in
 /// (4): ContactInfo::restitution().
+///
+/// A contact may have a larger coefficient while it sticks (regions/static_friction.h):
+///
+///     ||lambda_t^i|| <= mu_static^i lambda_n^i instead of (5) where i sticks, mu_static^i > mu^i            (10)
 ///
 /// Arrays are plain pointers because these functions are called once per stage of every time step: no temporary, no
 /// allocation. q, v, a (accelerations) and w (weights) have n_q entries, unless stated otherwise for w. u has n_u
@@ -320,6 +326,11 @@ class Problem {
   /// The problem whose runs end at the end time only. Takes milliseconds, and formulas_mutex(). Null if it has no
   /// formulas.
   virtual std::unique_ptr<Problem> without_until() const { return nullptr; }
+  /// The problem without (10), in which contacts whose entry of `sticks` (n_c) is not zero have mu = mu_static, and the
+  /// others their mu. Takes milliseconds, and formulas_mutex() to make and to destroy it. Null if it has no formulas.
+  virtual std::unique_ptr<Problem> in_friction_state([[maybe_unused]] std::span<const char> sticks) const {
+    return nullptr;
+  }
 
   /// The scene as formulas, which can be varied, written and proven; null where it has none.
   virtual const SymbolicModel* formulas() const { return nullptr; }

@@ -1,7 +1,9 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -182,6 +184,10 @@ struct Solution {
 
   bool succeeded() const { return status == Status::success; }  ///< The end time was reached.
 };
+
+/// Whether a run ends here, early and with success, after a step: its events and initial modes so far, and the modes of
+/// all contacts after the step.
+using EndsRun = std::function<bool(const Solution& so_far, std::span<const ContactMode> modes)>;
 
 /// Ends the `solution`, a successful run of `problem`, with Status::infeasible if the bound F of a friction element
 /// became negative, so that it has no motion from there on. The element's coordinate z, problem.h (8), has risen then:

@@ -7,6 +7,7 @@
 #include <chrono>
 #include <cmath>
 
+#include "problems/regions/static_friction.h"
 #include "reference/bracketed_root.h"
 #include "reference/contact_dynamics.h"
 #include "reference/contact_laws.h"
@@ -223,7 +224,8 @@ Solution EventLocatedRun::run() {
     restart(t, solution);
     bool passed_root = false;  // that SmoothMotion::roots() does not take for one
     solution.exit.function = motion_.border_passed(solution.q, solution.v);
-    while (t < T && solution.exit.function < 0 && check_limits(t, solution)) {
+    const auto ends = [&] { return settings_.ends && settings_.ends(solution, dynamics_.modes()); };
+    while (t < T && solution.exit.function < 0 && !ends() && check_limits(t, solution)) {
       const double from = t;
       const StepEnd end = motion_.step(t, longest_step(t, solution));
       if (end == StepEnd::stuck_at_root && passed_root) {  // a gap that opens again
@@ -283,6 +285,14 @@ RegionPiece integrate_in_region(const Problem& problem, const EventLocatedSettin
 }
 
 Solution integrate_event_located(const Problem& problem, const EventLocatedSettings& settings) {
+  if (problem.info().has_static_friction()) {
+    StaticFrictionRun run(problem, [&](const Problem& here, const auto&, int, const EndsRun& ends) {
+      EventLocatedSettings of_piece = settings;
+      of_piece.ends = ends;
+      return integrate_event_located(here, of_piece);
+    });
+    return run.solve(0);
+  }
   Solution solution = problem.info().switches.empty() ? integrate_in_region(problem, settings).solution
                                                       : integrate_by_regions(problem, settings);
   fail_where_bound_is_negative(problem, 0, solution);

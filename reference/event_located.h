@@ -16,6 +16,7 @@ struct EventLocatedSettings {
   bool records_motion = false;       ///< fills Solution::motion with the integrator's own interpolation
   Vector border_offset = {};         ///< of a region: n_s, delta of regions.h (1)
   Vector border_limit = {};          ///< of a region: n_s, of regions.h (2)
+  EndsRun ends = nullptr;            ///< of pieces of scenes with a mu_static
   std::vector<char> in_flight = {};  ///< by contact, of the region before (Flights::in_flight()); empty for the first
   double zeno_interval = 1e-9;  ///< impacts of one contact closer than this fraction of end_time are an accumulation
 };
@@ -25,7 +26,7 @@ struct EventLocatedSettings {
 /// finds impacts that start and end within one step. Mode decisions come from ContactLaws and use nothing of methods/.
 /// Every threshold is a fraction of a size of Scales.
 ///
-/// Ends where ProblemInfo::until vanishes.
+/// Ends where ProblemInfo::until vanishes. A scene with a mu_static is run piece by piece (StaticFrictionRun).
 ///
 /// Ends early with Status::step_limit at an accumulation of impacts of several contacts (Zeno), at max_steps or
 /// max_events, and if 20 000 steps advance the time by less than 1e-6 of the end time; the message names the contacts.

@@ -155,6 +155,7 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
     const bool is_border = !info.switches[k].is_of_time && k != info.until;
     if (is_border && std::abs(at_start[k]) <= kRoundedZero * size[k] && goes_on_sliding(k)) signs[k] = 0;
   }
+  bool has_ended = false;  // by EventLocatedSettings::ends
   auto next_time = times.begin();
   int crossings = 0;
   double last_crossing = -1;
@@ -165,6 +166,11 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
     here.set_initial_state(whole.q, whole.v);
     here.set_end_time(until - begin);
     EventLocatedSettings of_region = settings;
+    if (settings.ends) {
+      of_region.ends = [&](const Solution& so_far, std::span<const ContactMode> of_contacts) {
+        return has_ended = settings.ends(so_far, of_contacts);
+      };
+    }
     const auto across = [&](int k) -> const Problem& {
       std::vector<int> beyond = signs;
       beyond[static_cast<std::size_t>(k)] *= -1;
@@ -197,7 +203,7 @@ Solution integrate_by_regions(const Problem& problem, const EventLocatedSettings
       continue;
     }
     append(info, std::move(piece.solution), whole, modes);
-    if (!whole.succeeded()) break;
+    if (!whole.succeeded() || has_ended) break;
     if (border < 0) {
       whole.t = until;
       if (next_time != times.end()) ++next_time;

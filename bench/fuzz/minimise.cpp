@@ -55,7 +55,7 @@ ordered_json without_entry(ordered_json scene, const char* list, std::size_t i) 
 }
 
 ordered_json without_friction(ordered_json scene, std::size_t i) {
-  for (const char* field : {"mu", "Jt", "vt_drive"}) scene["contacts"][i].erase(field);
+  for (const char* field : {"mu", "mu_static", "Jt", "vt_drive"}) scene["contacts"][i].erase(field);
   return scene;
 }
 
@@ -152,6 +152,13 @@ std::vector<ordered_json> simpler(const ordered_json& scene) {
   }
   for (std::size_t i = 0; i < scene["contacts"].size(); ++i) {
     if (scene["contacts"][i].contains("mu")) candidates.push_back(without_friction(scene, i));
+  }
+  for (const auto& [list, field] : {std::pair("contacts", "mu_static"), std::pair("friction", "static_ratio")}) {
+    for (std::size_t i = 0; i < length_of(scene, list); ++i) {
+      if (!scene[list][i].contains(field)) continue;
+      candidates.push_back(scene);
+      candidates.back()[list][i].erase(field);
+    }
   }
   if (scene.contains("params")) {
     for (const auto& [name, value] : scene["params"].items()) {

@@ -155,6 +155,21 @@ void SceneDraw::friction_element(const std::string& name, const std::vector<Dire
   if (!drives.empty()) elements_.back()["vt_drive"] = drives;
 }
 
+void SceneDraw::static_friction(double low, double high) {
+  int n = 0;
+  const auto has_one_direction = [](const nlohmann::ordered_json& entry) {
+    return entry.contains("Jt") && entry["Jt"].size() == 1;
+  };
+  for (auto& contact : contacts_) {
+    if (!has_one_direction(contact)) continue;
+    const std::string ratio = number(fmt::format("ratio{}", n++), low, high);
+    contact["mu_static"] = fmt::format("{}*{}", ratio, contact["mu"].get<std::string>());
+  }
+  for (auto& element : elements_) {
+    if (has_one_direction(element)) element["static_ratio"] = number(fmt::format("ratio{}", n++), low, high);
+  }
+}
+
 void SceneDraw::change_units(int mass_unit, int length, int time) {
   has_units_ = true;
   constant("unit_mass", fmt::format("1e{}", mass_unit));

@@ -70,6 +70,10 @@ class SceneDraw {
   void friction_element(const std::string& name, const std::vector<Direction>& tangents, const std::string& bound,
                         const std::vector<std::string>& drives = {});
 
+  /// Contacts and elements with one direction of friction have a larger coefficient while they stick: by a factor, drawn
+  /// for each.
+  void static_friction(double low, double high);
+
   void end_time(double low, double high) { number("T", low, high); }
 
   /// Units in which numbers are larger by a power of ten. For a scene whose coordinates are all lengths: with

@@ -54,6 +54,8 @@ std::string contact_tex(const SymbolicModel::Contact& contact) {
   tex += fmt::format(" \\ge 0, \\quad \\varepsilon_r = {}", expression_tex(contact.eps_r));
   if (!contact.tangents.empty()) {
     tex += fmt::format(", \\quad \\mu = {}", expression_tex(contact.mu));
+    if (!contact.mu_static.is_zero())
+      tex += fmt::format(", \\quad \\mu_{{\\text{{static}}}} = {}", expression_tex(contact.mu_static));
     for (const auto& tangent : contact.tangents) tex += ", \\quad J_t = " + column_tex(tangent);
   }
   return tex;
@@ -64,6 +66,8 @@ std::string friction_tex(const SymbolicModel& model, const SymbolicModel::Fricti
   if (element.contact >= 0)
     tex +=
         fmt::format("\\, \\lambda_n^{{\\text{{{}}}}}", model.contacts[static_cast<std::size_t>(element.contact)].name);
+  if (!element.static_ratio.is_zero())
+    tex += fmt::format(" \\cdot ({} \\text{{ in stick}})", expression_tex(element.static_ratio));
   for (const auto& tangent : element.tangents) tex += ", \\quad J_t = " + column_tex(tangent);
   return tex;
 }

@@ -82,6 +82,7 @@ class EventDriven final : public Method {
             .has_sensitivities = has_sensitivities,
             .impact_laws = all_impact_hypotheses(),
             .has_restitution_of_speed = true,
+            .has_static_friction = true,
             .has_regions = true,
             .is_allocation_free = true};
   }

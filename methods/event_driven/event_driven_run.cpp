@@ -75,7 +75,7 @@ bool EventDrivenRun::accelerate() {
 
 Solution EventDrivenRun::solve() {
   if (begin()) {
-    while (t_ < T_ && take_step()) {
+    while (!ends_here() && t_ < T_ && take_step()) {
     }
   }
   if (solution_.succeeded() && info_.has_bilateral()) dynamics_.project(ends_.q0.data(), ends_.v0.data());
@@ -86,6 +86,11 @@ Solution EventDrivenRun::solve() {
   solution_.counters = counters_;
   if (sensitivity_) sensitivity_->finish(ends_.q0, ends_.v0, ends_.a0, solution_);
   return std::move(solution_);
+}
+
+/// Whether Settings::ends holds after the last step, or at the start.
+bool EventDrivenRun::ends_here() const {
+  return settings_.ends && settings_.ends(solution_, dynamics_.modes());
 }
 
 bool EventDrivenRun::begin() {

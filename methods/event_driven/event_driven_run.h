@@ -48,6 +48,7 @@ class EventDrivenRun {
   Solution solve();
 
  private:
+  bool ends_here() const;
   bool begin();
   void choose_first_length();
   bool take_step();

@@ -243,6 +243,7 @@ class FesdAdaptive final : public Method {
             .is_audited = true,
             .impact_laws = all_impact_hypotheses(),
             .has_restitution_of_speed = true,
+            .has_static_friction = true,
             .has_regions = true,
             .is_allocation_free = true};
   }

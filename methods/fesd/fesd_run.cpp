@@ -66,7 +66,7 @@ bool FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, d
   }
   reached_ = &step.last();
   solution_.t = t_end;
-  return true;
+  return !(settings_.ends && settings_.ends(solution_, reached_->modes));
 }
 
 void FesdRun::fail(Status status, const std::string& where, const std::string& message, FailureReason reason) {

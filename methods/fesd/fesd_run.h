@@ -42,7 +42,7 @@ class FesdRun {
   }
   /// Accepts the next step, which has been added to sensitivity(). It must not move until the following one is
   /// accepted.
-  /// @return false where the step fails the last check: the run has ended with the reason
+  /// @return false where the step fails the last check: the run has ended with the reason; or where Settings::ends holds
   /// @param previous  the one before it, or null; @param t, t_end  from and to [s]
   bool accept(const FesdStep& step, const FesdStep* previous, double t, double t_end);
   /// The run ends here. @param message, reason  why; not read after a time limit, which has its own message
@@ -86,7 +86,7 @@ void FesdRun::take_equal_steps(const Solver& solver, const Advance& advance, con
   const int n = settings_.steps;
   const double T = problem_.info().end_time, H = T / n;
   const bool looks_at_every_step =
-      border_.is_watched() || audit_ || sensitivity_ || settings_.recording >= Recording::grid;
+      border_.is_watched() || settings_.ends || audit_ || sensitivity_ || settings_.recording >= Recording::grid;
   for (int k = 0; k < n; ++k) {
     if (k > 0 && !looks_at_every_step) {
       k += skip_steps(H, std::min(n - k, kMaxSkipped));

@@ -20,6 +20,7 @@ class EventLocatedMethod : public Method {
       : info_(std::move(info)), integrator_(std::move(integrator)) {
     info_.impact_laws = all_impact_hypotheses();
     info_.has_restitution_of_speed = true;
+    info_.has_static_friction = true;
     info_.keeps_samples = false;
     info_.ends_runs = true;
   }
@@ -28,7 +29,8 @@ class EventLocatedMethod : public Method {
     return reference::integrate_event_located(problem, {.integrator = integrator_,
                                                         .tolerance = settings.tolerance,
                                                         .time_limit = settings.time_limit,
-                                                        .records_motion = settings.recording == Recording::motion});
+                                                        .records_motion = settings.recording == Recording::motion,
+                                                        .ends = settings.ends});
   }
 
  private:

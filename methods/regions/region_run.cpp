@@ -2,14 +2,12 @@
 
 #include <fmt/format.h>
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
 #include "methods/regions/border_search.h"
 #include "methods/regions/time_switch.h"
 #include "methods/time_limit.h"
-#include "problems/dense_solve.h"
 #include "problems/input_error.h"
 #include "problems/variables.h"
 
@@ -18,13 +16,12 @@ namespace {
 
 constexpr double kSameTime = 1e-12;     // of the end time: two borders at one time
 constexpr double kLongestEnd = 1e-6;    // of the end time: within it the impact happens that ends the run
-constexpr double kGrid = 1e-9;          // of a step: on the grid
 constexpr double kZero = 4e-16;         // of the terms of psi_k: the border is located
 constexpr double kUnresolved = 1e-14;   // of the run: a step with no room for its equations
 constexpr double kShortest = 1e-15;     // of the run: what time can resolve
 constexpr double kRoundedZero = 1e-13;  // of the terms of psi_k at the start
 constexpr double kOutside = 1e-12;      // of the terms of another psi_j, beyond its border
-constexpr double kDrift = 1e-6;         // of gaps and rates of closed contacts, relative
+constexpr double kDrift = 1e-6;         // of rates of closed contacts, relative
 constexpr double kSmooth = 1e-12;       // jump of an acceleration that is rounding, relative
 
 }  // namespace
@@ -92,38 +89,22 @@ double RegionRun::next_time_switch() const {
   return next;
 }
 
-/// Moves the state to the surfaces of contacts that are closed, in the norm of M: what they have drifted by, within the
-/// tolerance, would be a flight at the start of a run.
-void RegionRun::hold_closed(const Problem& here) {
-  if (modes_.empty()) return;
-  const Vector gap = here.gap(total_.q);
-  const Matrix J = here.normal_jacobian(total_.q), MJ = here.force_directions(J);
-  const Vector size = J.cwiseAbs().transpose() * (1 + total_.q.array().abs()).matrix(),
-               speed = J.cwiseAbs().transpose() * (1 + total_.v.array().abs()).matrix(),
-               rate = J.transpose() * total_.v;
-  std::vector<Eigen::Index> held;
-  for (int i = 0; i < problem_.n_c(); ++i) {
-    if (is_closed(modes_[i]) && std::abs(gap[i]) <= kDrift * size[i] && std::abs(rate[i]) <= kDrift * speed[i])
-      held.push_back(i);
-  }
-  if (held.empty()) return;
-  const Matrix J_held = J(Eigen::all, held);
-  const Matrix W = CholeskyFactors(here.mass_matrix(total_.q)).solve_columns(MJ(Eigen::all, held));
-  const Eigen::CompleteOrthogonalDecomposition<Matrix> G(J_held.transpose() * W);
-  total_.q -= W * G.solve(Vector(gap(held)));
-  total_.v -= W * G.solve(Vector(rate(held)));
-}
-
 /// One run of the method from the present state.
 Solution RegionRun::run(double length, int steps, bool stays) {
   Problem& here = regions_.at(signs_);
-  hold_closed(here);
+  hold_closed(here, modes_, {}, total_.q, total_.v);
   here.set_initial_state(total_.q, total_.v);
   here.set_end_time(length);
   Settings settings = settings_;
   settings.steps = steps;
   settings.stays_in_region = stays;
   settings.sensitivities = piece_variables_;
+  settings.ends = nullptr;
+  if (settings_.ends && stays) {
+    settings.ends = [this](const Solution& so_far, std::span<const ContactMode> modes) {
+      return has_ended_ = settings_.ends(so_far, modes);
+    };
+  }
   auto& solver = solvers_[signs_];
   if (!solver) solver = prepare_(here);
   return solver->solve(settings);
@@ -418,24 +399,12 @@ Solution RegionRun::solve(const Settings& settings) {
   if (!settings.sensitivities.empty()) begin_sensitivities();
   const TimeLimit limit(settings.time_limit);
   const int n = settings.steps;
-  const double H = is_adaptive_ ? 0 : T_ / n;
   double switch_time = next_time_switch();
   while (total_.t < T_) {
     if (settings.time_limit > 0) settings_.time_limit = std::max(1e-3, limit.left());
     double until = switch_time;
     int steps = 1;
-    if (!is_adaptive_) {  // up to the switch, or to the next grid point
-      const double place = total_.t / H;
-      const bool is_on_grid = std::abs(place - std::round(place)) < kGrid;
-      const auto first = is_on_grid ? std::lround(place) : static_cast<long>(std::floor(place));
-      const auto last = static_cast<long>(std::floor(until / H + kGrid));
-      if (is_on_grid && last > first) {
-        steps = static_cast<int>(last - first);
-        until = last == n ? T_ : std::min(until, H * static_cast<double>(last));
-      } else {
-        until = std::min(until, H * static_cast<double>(first + 1));
-      }
-    }
+    if (!is_adaptive_) steps = piece_on_grid(total_.t, T_, n, until);  // up to the switch, or to the next grid point
     const double begin_of_piece = total_.t;
     const bool is_at_switch = switch_time < T_ && switch_time - total_.t <= kSameTime * T_;  // of the grid
     if (!is_at_switch) {
@@ -447,7 +416,7 @@ Solution RegionRun::solve(const Settings& settings) {
       const RegionExit exit = piece.exit;
       const bool ok = piece.succeeded();
       take(std::move(piece));
-      if (!ok) break;
+      if (!ok || has_ended_) break;
       if (exit.function >= 0) {
         if (!locate(exit) || has_ended_) break;
         continue;

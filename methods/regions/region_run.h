@@ -52,7 +52,6 @@ class RegionRun {
 
  private:
   void begin();
-  void hold_closed(const Problem& here);
   Solution run(double length, int steps, bool stays);
   void take(Solution&& piece);
   double next_time_switch() const;
@@ -93,7 +92,7 @@ class RegionRun {
   int left_ = -1;      // the function on which the motion slid until left_at_ [s]
   double left_at_ = -1;
   std::string why_not_;     // a motion that slides is not followed
-  bool has_ended_ = false;  // (d)
+  bool has_ended_ = false;  // (d), or by Settings::ends
 };
 
 }  // namespace ricochet

@@ -172,6 +172,7 @@ SymbolicModel with_friction_coordinates(SymbolicModel model) {
     contact.tangents = element.tangents;
     contact.drives = element.drives;
     contact.mu = 1;
+    contact.mu_static = element.static_ratio;
     contact.is_friction_element = true;
     for (auto& direction : contact.tangents) direction.resize(n + n_z, 0);
     model.contacts.push_back(std::move(contact));

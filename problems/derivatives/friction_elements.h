@@ -19,6 +19,8 @@
 /// |Lambda_t| <= mu Lambda_n = 0: a finite force has no impulse. Whoever solves (1)-(7) of Problem therefore solves
 /// scenes with friction elements: methods, references, sensitivities, proofs and optimal control.
 ///
+/// A static_ratio of the element is mu_static of (10): it sticks while |lambda_t| <= static_ratio F.
+///
 /// Friction whose bound is the force of a contact is another matter: rolling_friction.h.
 ///
 /// If F becomes negative, (1) has no solution; z rises, and no run ends with success (lifted_friction_element()).

@@ -52,6 +52,11 @@ const SymbolicModel& model_of(const Problem& problem) {
   if (has_levers(problem.info()))
     throw InputError("friction", "a contact",
                      "equations of a mathematical program require a bound, not the force of a contact");
+  for (const ContactInfo& contact : problem.info().contacts) {
+    if (contact.mu_static != 0)
+      throw InputError(fmt::format("contact '{}': mu_static", contact.name), contact.mu_static,
+                       "equations of a mathematical program require the same coefficient while it sticks and slips");
+  }
   for (const auto& contact : symbolic->equations().contacts) {
     if (contact.eps_r.has(symbolic->equations().v_n))
       throw InputError(fmt::format("contact '{}': e", contact.name), "a formula of vn",

@@ -27,6 +27,11 @@ std::vector<symbol> make_symbols(const char* name, int count) {
   return symbols;
 }
 
+/// ContactInfo::mu_static: 0 if it is no other than `mu`.
+double larger_coefficient(double mu_static, double mu) {
+  return mu_static == mu ? 0 : mu_static;
+}
+
 bool depends_on(const ex& expression, const std::vector<symbol>& symbols) {
   return std::any_of(symbols.begin(), symbols.end(), [&](const symbol& s) { return expression.has(s); });
 }
@@ -123,13 +128,16 @@ SymbolicModel normalized(SymbolicModel model) {
   for_each_list(model, [&](std::vector<ex>& list) { std::for_each(list.begin(), list.end(), make_real); });
   make_real(model.end_time);
   for (auto& contact : model.contacts) {
-    for (ex* expression : {&contact.gap, &contact.eps_r, &contact.mu}) make_real(*expression);
+    for (ex* expression : {&contact.gap, &contact.eps_r, &contact.mu, &contact.mu_static}) make_real(*expression);
     contact.mu_varies = contact.mu_varies || depends_on(contact.mu, model.q) || contact.mu.has(model.t);
     if (contact.mu_varies || model.number(contact.mu) != 0) continue;
     contact.tangents.clear();
     contact.drives.clear();
   }
-  for (auto& element : model.frictions) make_real(element.bound);
+  for (auto& element : model.frictions) {
+    make_real(element.bound);
+    make_real(element.static_ratio);
+  }
   if (model.potential_energy) make_real(*model.potential_energy);
   if (model.until) make_real(*model.until);
   if (model.geometry) model.geometry->for_each_number(make_real);
@@ -318,6 +326,7 @@ void SymbolicProblem::open_parameters() {
   Expressions numbers = join<ex>({model_.q0, model_.v0, model_.control, {model_.end_time}});
   for (const auto& contact : model_.contacts) numbers.push_back(eps_r_of(contact));
   for (const auto& contact : model_.contacts) numbers.push_back(contact.mu);
+  for (const auto& contact : model_.contacts) numbers.push_back(contact.mu_static);
   if (model_.geometry) model_.geometry->for_each_number([&](const ex& number) { numbers.push_back(number); });
   GiNaC::exmap start{{model_.t, 0}};
   for (std::size_t k = 0; k < stated_.q.size(); ++k) {
@@ -358,6 +367,7 @@ bool SymbolicProblem::set_parameters(std::span<const double> values) {
   info_.end_time = *next++;
   for (auto& contact : info_.contacts) contact.eps_r = *next++;
   for (auto& contact : info_.contacts) contact.mu = *next++;
+  for (auto& contact : info_.contacts) contact.mu_static = larger_coefficient(*next++, contact.mu);
   for (std::size_t i = 0; i < n_c; ++i) {
     ContactInfo& contact = info_.contacts[i];
     if (const auto* formula = dynamic_cast<const RestitutionFormula*>(contact.eps_r_of_speed.get()))
@@ -391,6 +401,12 @@ void SymbolicProblem::describe_contacts() {
     described.mu_varies = contact.mu_varies;
     if (contact.mu_varies) varying_.push_back(info_.n_c());
     described.n_t = static_cast<int>(contact.tangents.size());
+    described.mu_static = larger_coefficient(model_.number(contact.mu_static), described.mu);
+    if (described.mu_static != 0 && (contact.mu_varies || described.n_t != 1))
+      throw InputError(contact.is_friction_element ? fmt::format("friction '{}': static_ratio", contact.name)
+                                                   : fmt::format("contact '{}': mu_static", contact.name),
+                       described.mu_static,
+                       "a coefficient mu > 0 that does not vary, and one tangent direction, are required");
     if (described.mu > 0 && contact.tangents.empty() && !contact.is_bilateral) {
       throw InputError(fmt::format("contact '{}': mu", contact.name), described.mu,
                        "friction needs tangent directions Jt");
@@ -542,6 +558,22 @@ std::unique_ptr<Problem> SymbolicProblem::without_until() const {
   SymbolicModel model = stated_;
   model.has_clock = info_.clock >= 0;
   model.until.reset();
+  return as_here(std::move(model));
+}
+
+std::unique_ptr<Problem> SymbolicProblem::in_friction_state(std::span<const char> sticks) const {
+  SymbolicModel model = stated_;
+  model.has_clock = info_.clock >= 0;
+  for (std::size_t i = 0; i < model.contacts.size(); ++i) {
+    const ex mu_static = std::exchange(model.contacts[i].mu_static, 0);
+    if (sticks[i] != 0) model.contacts[i].mu = mu_static;
+  }
+  std::size_t of_element = model.contacts.size() + static_cast<std::size_t>(n_levers(model));
+  for (auto& element : model.frictions) {
+    if (element.contact >= 0) continue;
+    const ex ratio = std::exchange(element.static_ratio, 0);
+    if (sticks[of_element++] != 0) element.bound *= ratio;
+  }
   return as_here(std::move(model));
 }
 

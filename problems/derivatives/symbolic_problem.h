@@ -36,6 +36,7 @@ struct SymbolicModel {
     bool is_bilateral = false;          ///< a constraint gap = 0
     bool is_friction_element = false;   ///< of `frictions`, see friction_elements.h; never stated as a contact
     bool mu_varies = false;             ///< mu depends on q or t, maybe in other regions only; set by normalized()
+    GiNaC::ex mu_static = 0;            ///< friction coefficient while it sticks, in terms of the parameters; 0: mu
   };
 
   /// Friction without a normal contact (friction_elements.h), or rolling and drilling friction at a contact
@@ -45,8 +46,9 @@ struct SymbolicModel {
     std::vector<Expressions> tangents;  ///< one or two directions, each with n_q entries
     Expressions drives;                 ///< one per direction, added to J_t' v; empty if there is none
     int contact = -1;                   ///< of `contacts`, whose normal force bounds the friction; -1: none
-    GiNaC::ex bound;  ///< of |lambda_t| [N, N m], >= 0; a formula of v, too. With a `contact`: over its
-                      ///< normal force [1, m], a formula of q, the parameters and t
+    GiNaC::ex bound;             ///< of |lambda_t| [N, N m], >= 0; a formula of v, too. With a `contact`: over its
+                                 ///< normal force [1, m], a formula of q, the parameters and t
+    GiNaC::ex static_ratio = 0;  ///< bound while it sticks over `bound`, in terms of the parameters; 0: 1
   };
 
   std::string id;                                 ///< as ProblemInfo::id
@@ -112,7 +114,8 @@ struct SwitchedModel;  // problems/regions/switching_functions.h
 class SymbolicProblem : public Problem {
  public:
   /// Differentiates the `model` and makes its programs: milliseconds.
-  /// @throws InputError for a symbol without value, a function without a counterpart in doubles, or mu without tangents
+  /// @throws InputError for a symbol without value, a function without a counterpart in doubles, mu without tangents, or
+  /// mu_static without a constant mu > 0 and one tangent direction
   explicit SymbolicProblem(SymbolicModel model);
 
   void mass_matrix(const double* q, double* M) const override;
@@ -152,6 +155,7 @@ class SymbolicProblem : public Problem {
   void switching_derivative(const double* q, const double* v, double* D) const override;
   std::unique_ptr<Problem> in_region(std::span<const int> signs) const override;
   std::unique_ptr<Problem> without_until() const override;
+  std::unique_ptr<Problem> in_friction_state(std::span<const char> sticks) const override;
 
   const SymbolicModel* formulas() const override { return &stated_; }
   const SymbolicProblem* symbolic() const override { return this; }
@@ -205,7 +209,8 @@ class SymbolicProblem : public Problem {
   mutable SparseProgram dynamics_hessian_, gap_hessian_, parameter_derivative_;
 
   bool are_parameters_open_ = false;
-  SparseProgram numbers_;  ///< when they are: q0, v0, u, T, all eps_r, all mu, the geometry's, bounds at the start
+  SparseProgram
+      numbers_;  ///< when they are: q0, v0, u, T, all eps_r, mu, mu_static, the geometry's, bounds at the start
   std::vector<double> number_values_;
 };
 

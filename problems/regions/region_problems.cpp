@@ -17,6 +17,8 @@ namespace {
 constexpr double kZero = 1e-13;        // of the terms of a gap or psi_k: a rounded zero
 constexpr double kOnBorder = 1e-9;     // of the terms of psi_k: a border that was located
 constexpr double kBegin = 1e-12;       // of the time: an impact with which a piece begins
+constexpr double kDrift = 1e-6;        // of gaps and rates of closed contacts, relative
+constexpr double kGrid = 1e-9;         // of a step: on the grid
 constexpr double kSlow = 0.1;          // of leaves_slowly()
 constexpr double kDifference = 1e-5;   // [s], along which slopes of psi_k are compared
 constexpr double kPenetration = 1e-6;  // of a gap that jumps below zero, relative to 1 + |q|
@@ -213,6 +215,54 @@ void hold_on_borders(RegionProblems& regions, const std::vector<int>& signs, con
     const Matrix y = CholeskyFactors(region.mass_matrix(q)).solve_columns(slope);
     v -= y * Eigen::CompleteOrthogonalDecomposition<Matrix>(slope.transpose() * y).solve(Vector(psi(held)));
   }
+}
+
+void hold_closed(const Problem& here, const std::vector<ContactMode>& modes, const std::vector<char>& sticks, Vector& q,
+                 Vector& v) {
+  if (modes.empty()) return;
+  const Vector gap = here.gap(q);
+  const Matrix J = here.normal_jacobian(q), MJ = here.force_directions(J);
+  const Vector size = J.cwiseAbs().transpose() * (1 + q.array().abs()).matrix(),
+               speed = J.cwiseAbs().transpose() * (1 + v.array().abs()).matrix(), rate = J.transpose() * v;
+  std::vector<Eigen::Index> held, stuck;
+  for (int i = 0; i < here.n_c(); ++i) {
+    const auto mode = static_cast<std::size_t>(i);
+    if (!is_closed(modes[mode]) || std::abs(gap[i]) > kDrift * size[i] || std::abs(rate[i]) > kDrift * speed[i])
+      continue;
+    held.push_back(i);
+    if (!sticks.empty() && sticks[mode] != 0) stuck.push_back(here.info().contacts[mode].tangent_index);
+  }
+  if (held.empty()) return;
+  const CholeskyFactors mass(here.mass_matrix(q));
+  const Matrix J_held = J(Eigen::all, held);
+  const Matrix W = mass.solve_columns(MJ(Eigen::all, held));
+  const Eigen::CompleteOrthogonalDecomposition<Matrix> G(J_held.transpose() * W);
+  q -= W * G.solve(Vector(gap(held)));
+  if (stuck.empty()) {
+    v -= W * G.solve(Vector(rate(held)));
+    return;
+  }
+  const Matrix J_t = here.tangent_jacobian(q), MJ_t = here.force_directions(J_t);
+  const auto n_held = std::ssize(held), n = n_held + std::ssize(stuck);
+  Matrix J_all(q.size(), n), MJ_all(q.size(), n);
+  J_all << J_held, J_t(Eigen::all, stuck);
+  MJ_all << MJ(Eigen::all, held), MJ_t(Eigen::all, stuck);
+  const Matrix W_all = mass.solve_columns(MJ_all);
+  const Eigen::CompleteOrthogonalDecomposition<Matrix> G_all(J_all.transpose() * W_all);
+  v -= W_all * G_all.solve(Vector(J_all.transpose() * v));
+}
+
+int piece_on_grid(double t, double T, int n, double& until) {
+  const double H = T / n, place = t / H;
+  const bool is_on_grid = std::abs(place - std::round(place)) < kGrid;
+  const auto first = is_on_grid ? std::lround(place) : static_cast<long>(std::floor(place));
+  const auto last = static_cast<long>(std::floor(until / H + kGrid));
+  if (is_on_grid && last > first) {
+    until = last == n ? T : std::min(until, H * static_cast<double>(last));
+    return static_cast<int>(last - first);
+  }
+  until = std::min(until, H * static_cast<double>(first + 1));
+  return 1;
 }
 
 ActingContact acting_contact(const Problem& region, const Solution& piece) {

@@ -154,6 +154,14 @@ class SceneReader {
     for (std::size_t i = 0; i < stiffness.size(); ++i) law.stiffness.push_back(number_of(stiffness.at(i)));
   }
 
+  /// A formula of the parameters with a positive value.
+  ex positive_number(const Field& field) const {
+    const ex formula = field.expression(constants_);
+    if (const double value = model_.number(formula); !(value > 0))
+      throw InputError(field.name(), value, "a number > 0 is required");
+    return formula;
+  }
+
   /// A formula of the parameters, as a number.
   double number_of(const Field& field) const { return model_.number(field.expression(constants_)); }
 
@@ -207,6 +215,7 @@ class SceneReader {
       if (field.has(name)) contact.eps_r = field.at(name).expression(of_speed_);
     }
     if (field.has("mu")) contact.mu = field.at("mu").expression(in_q_and_time_);
+    if (field.has("mu_static")) contact.mu_static = positive_number(field.at("mu_static"));
     if (field.has("Jt")) contact.tangents = directions_of(field.at("Jt"), n_q);
     if (field.has("vt_drive"))
       contact.drives = field.at("vt_drive").expressions(contact.tangents.size(), in_q_and_time_);
@@ -227,6 +236,12 @@ class SceneReader {
       read_bounding_contact(field, element);
     else
       read_bound(field, element);
+    if (field.has("static_ratio")) {
+      const Field ratio = field.at("static_ratio");
+      if (element.contact >= 0)
+        throw InputError(ratio.name(), ratio.text(), "an element with a bound, not with a contact, is required");
+      element.static_ratio = positive_number(ratio);
+    }
     if (field.has("vt_drive"))
       element.drives = field.at("vt_drive").expressions(element.tangents.size(), in_q_and_time_);
     model_.frictions.push_back(std::move(element));

@@ -45,6 +45,7 @@ ordered_json contact_json(const SymbolicModel& model, const SymbolicModel::Conta
   if (!contact.eps_r.is_zero()) entry["e"] = expression_text(contact.eps_r);
   if (!contact.tangents.empty()) {
     entry["mu"] = expression_text(contact.mu);
+    if (!contact.mu_static.is_zero()) entry["mu_static"] = expression_text(contact.mu_static);
     entry["Jt"] = texts(contact.tangents);
     if (!contact.drives.empty()) entry["vt_drive"] = texts(contact.drives);
   }
@@ -55,6 +56,7 @@ ordered_json friction_json(const SymbolicModel& model, const SymbolicModel::Fric
   ordered_json entry = {{"name", element.name}, {"Jt", texts(element.tangents)}};
   if (element.contact >= 0) entry["contact"] = model.contacts[static_cast<std::size_t>(element.contact)].name;
   entry[element.contact >= 0 ? "coefficient" : "bound"] = expression_text(element.bound);
+  if (!element.static_ratio.is_zero()) entry["static_ratio"] = expression_text(element.static_ratio);
   if (!element.drives.empty()) entry["vt_drive"] = texts(element.drives);
   return entry;
 }

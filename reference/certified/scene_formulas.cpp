@@ -431,6 +431,8 @@ class SceneTranslation {
     contact.mu_varies = stated.mu_varies;
     if (stated.eps_r.has(model_.v_n))
       throw Unsupported(fmt::format("the restitution of '{}' depends on the approach speed", stated.name));
+    if (model_.number(stated.mu_static) != 0)
+      throw Unsupported(fmt::format("'{}' has another coefficient of friction while it sticks", stated.name));
     const ex mu = stated.mu_varies ? ex(1) : stated.mu;
     contact.eps_r = number(stated.eps_r);
     contact.mu = number(mu);

@@ -295,7 +295,7 @@ void draw_dry_pendulum(SceneDraw& draw, TermNumbers& number) {
 }  // namespace
 
 // Friction elements and forces -F sign(v), whose bounds may depend on time, place and velocity and whose counterpart may
-// move: guides, brakes between masses, a puck, and dry hinges; with and without contacts.
+// move: guides, brakes between masses, a puck, and dry hinges; with and without contacts. Some bounds are larger in stick.
 void draw_dry_friction(SceneDraw& draw) {
   TermNumbers number(draw);
   const int kind = draw.integer(1, 100);
@@ -308,6 +308,7 @@ void draw_dry_friction(SceneDraw& draw) {
   else
     draw_dry_pendulum(draw, number);
   draw.end_time(0.5, 2);
+  if (draw.chance(25)) draw.static_friction(1.02, 2.5);  // last: other scenes are those of before
 }
 
 }  // namespace ricochet

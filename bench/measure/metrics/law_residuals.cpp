@@ -90,8 +90,8 @@ class PersistentContacts {
       add_to(metrics_.contact_pull, weight * W * std::max(0.0, -lambda_n));  // (8)
       if (contact.n_t == 0) continue;
       const Vector v_t = J_t.middleCols(contact.tangent_index, contact.n_t).transpose() * v;
-      const double most = contact.mu * lambda_n;
-      add_to(metrics_.contact_cone, weight * W * std::max(0.0, lambda_t.norm() - most));               // (9)
+      const double most = contact.mu * lambda_n, at_rest = std::max(contact.mu, contact.mu_static) * lambda_n;
+      add_to(metrics_.contact_cone, weight * W * std::max(0.0, lambda_t.norm() - at_rest));            // (9)
       add_to(metrics_.contact_dissipation, weight * std::abs(most * v_t.norm() + lambda_t.dot(v_t)));  // (10)
     }
   }
