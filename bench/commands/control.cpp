@@ -20,7 +20,7 @@ namespace {
 
 struct ControlArguments {
   ControlOptions control;
-  bool no_replay = false;
+  bool no_replay = false, as_json = false;
   std::string plot, csv;
 };
 
@@ -121,6 +121,11 @@ int solve_control_problem(const ControlArguments& options) {
     throw InputError("--plot", options.plot, "gnuplot is needed for figures and was not found");
   if (!options.plot.empty()) require_writable_folder("--plot", options.plot);
   if (!options.csv.empty()) require_writable("controls", options.csv);
+  if (options.as_json) {
+    const ControlRun run = solve_and_replay(options.control, {}, !options.no_replay);
+    fmt::print("{}\n", nlohmann::json(run).dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
+    return run.succeeded() ? 0 : 1;
+  }
   const PreparedMethod method = prepared_method(options.control, *problem, {print_step, print_iteration});
   for (const auto& note : method.notes) fmt::print("{}\n", note);
   const std::string discretisation = options.control.describe(*problem);
@@ -161,6 +166,11 @@ void add_control_command(CLI::App& app, int& exit_code) {
   command->add_option("--csv", o.csv,
                       "write the controls of the solution to FILE, a row per interval: `guess` of a control problem's "
                       "file takes it");
+  command
+      ->add_flag("--json", o.as_json,
+                 "print the solution and its replay as JSON: a row of the experiment optimal_control")
+      ->excludes("--plot")
+      ->excludes("--csv");
   command->footer(
       "Examples:\n"
       "  ricochet control two_carts --simulate --sigma-0 0.01\n"

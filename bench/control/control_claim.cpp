@@ -1,8 +1,11 @@
 #include "bench/control/control_claim.h"
 
 #include <algorithm>
+#include <chrono>
 #include <cmath>
+#include <limits>
 
+#include "bench/control/control_guess.h"
 #include "bench/control/replay.h"
 
 namespace ricochet {
@@ -10,6 +13,32 @@ namespace {
 
 std::vector<double> list(const Vector& x) {
   return {x.begin(), x.end()};
+}
+
+// Tolerance of the event-located reference.
+constexpr double kReferenceReplayTolerance = 1e-11;
+constexpr double kPivotingTolerance = 1e-9;
+
+void describe_replay(const OptimalControlProblem& problem, const ControlTrajectory& trajectory, ControlRun& run) {
+  Replay truth = replay(problem, trajectory, reference_solver(kReferenceReplayTolerance));
+  run.replayed_by = "reference";
+  run.replay_message = truth.message;
+  if (truth.status != Status::success) {
+    truth = replay(problem, trajectory, pivoting_solver(kPivotingTolerance));
+    run.replayed_by = "pivoting";
+  }
+  run.replay_status = to_string(truth.status);
+  const int n = problem.plant->info().n_mechanical();
+  for (const auto& point : truth.points) {
+    run.replayed.t.push_back(point.t);
+    run.replayed.q.emplace_back(point.q.begin(), point.q.begin() + n);
+    run.replayed.v.emplace_back(point.v.begin(), point.v.begin() + n);
+  }
+  if (truth.status != Status::success) return;
+  const ReplayMismatch difference = mismatch(problem, trajectory, truth);
+  run.true_cost = truth.cost;
+  run.terminal = difference.terminal;
+  run.events = std::isfinite(difference.events) ? difference.events : std::numeric_limits<double>::quiet_NaN();
 }
 
 }  // namespace
@@ -43,6 +72,30 @@ void describe_claim(const OptimalControlProblem& problem, const ControlSolution&
     run.contacts.push_back(info.contacts[i].name);
     run.friction.insert(run.friction.end(), static_cast<std::size_t>(info.contacts[i].n_t), i);
   }
+}
+
+ControlRun solve_and_replay(const ControlOptions& options, const std::string& command, bool has_replay) {
+  const auto begin = std::chrono::steady_clock::now();
+  const auto problem = options.make_problem();
+  ControlRun run;
+  run.problem = problem->id;
+  run.title = problem->title;
+  run.method = options.method;
+  run.discretisation = options.describe(*problem);
+  run.command = command;
+  const PreparedMethod method = prepared_method(options, *problem);
+  const ControlSolution solution = method.solver->solve();
+  run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
+  run.variables = method.solver->n_variables();
+  run.pairs = method.solver->n_pairs();
+  run.status = to_string(solution.status);
+  run.message = solution.message;
+  run.iterations = solution.iterations;
+  if (!solution.succeeded()) return run;
+  run.stationarity = solution.stationarity;
+  describe_claim(*problem, solution, run);
+  if (has_replay) describe_replay(*problem, solution.trajectory, run);
+  return run;
 }
 
 }  // namespace ricochet

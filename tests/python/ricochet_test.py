@@ -64,6 +64,30 @@ class Runs(unittest.TestCase):
         self.assertGreaterEqual(len(motion["t"]), 5)
 
 
+class Controls(unittest.TestCase):
+    PUSHED = {"q0": ["0"], "v0": ["0"], "T": "2", "M": [["m"]], "f": ["0"], "Bu": [["1"]], "u": ["0"], "params": {"m": "2"},
+              "contacts": [{"gap": "q[0] + 100"}],
+              "control": {"N": 4, "running_cost": "u[0]**2", "terminal": [{"value": "q[0] - 3"}, {"value": "v[0]"}]}}
+
+    def test_a_problem_of_ones_own(self):
+        plan = ricochet.control(self.PUSHED, method="shooting", parameters={"m": 1.0})
+        self.assertTrue(plan.succeeded, plan.message)
+        # The least squares with sum u = 0 and sum u (3.5 - k) H^2 = 3: u = c (1.5 - k), c = 3 / (5 H^2).
+        np.testing.assert_allclose(plan.u[:, 0], 2.4 * (1.5 - np.arange(4)), atol=1e-8)
+        self.assertAlmostEqual(plan.cost, 0.5 * 2.4**2 * 5, places=8)
+        self.assertAlmostEqual(plan.true_cost, plan.cost, places=8)
+        self.assertLess(plan.replay_error, 1e-9)
+        self.assertTrue(plan.stationarity.startswith("B"), plan.stationarity)
+        np.testing.assert_allclose(plan.q[-1], [3], atol=1e-9)
+        self.assertEqual(plan.v.shape, plan.q.shape)
+
+    def test_options_and_mistakes(self):
+        plan = ricochet.control(self.PUSHED, method="shooting", max_iterations=1, replay=False)
+        self.assertEqual((plan.status, plan.u.size), ("step_limit", 0))
+        with self.assertRaisesRegex(ricochet.RicochetError, "sigma"):
+            ricochet.control(self.PUSHED, method="shooting", sigma_0=0.01)
+
+
 class Truths(unittest.TestCase):
     def truth(self, *arguments, **options):
         try:

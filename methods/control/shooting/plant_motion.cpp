@@ -26,6 +26,16 @@ void keep_step(const FesdStep& from, FesdStep& to) {
   to.Lambda_t = from.Lambda_t.leftCols(n);
 }
 
+const OptimalControlProblem& require_smooth_plant(const OptimalControlProblem& problem) {
+  if (!problem.plant->info().switches.empty())
+    throw InputError(
+        "--method", "shooting",
+        fmt::format("a plant without formulas that bend or jump is required; '{}' has them: use homotopy", problem.id));
+  return problem;
+}
+
+}  // namespace
+
 bool has_same_sequence(const FesdStep& a, const FesdStep& b) {
   if (a.n_elements != b.n_elements) return false;
   for (int n = 0; n < a.n_elements; ++n) {
@@ -39,16 +49,6 @@ bool has_same_sequence(const FesdStep& a, const FesdStep& b) {
   }
   return true;
 }
-
-const OptimalControlProblem& require_smooth_plant(const OptimalControlProblem& problem) {
-  if (!problem.plant->info().switches.empty())
-    throw InputError(
-        "--method", "shooting",
-        fmt::format("a plant without formulas that bend or jump is required; '{}' has them: use homotopy", problem.id));
-  return problem;
-}
-
-}  // namespace
 
 bool has_same_sequence(const PlantMotion& a, const PlantMotion& b) {
   if (a.n_solved != b.n_solved) return false;

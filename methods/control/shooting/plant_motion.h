@@ -36,8 +36,9 @@ struct PlantMotion {
   bool succeeded() const { return status == Status::success; }
 };
 
-/// Whether two motions go through the same modes, switches and impacts, with the same elements: then both are points of
-/// one smooth piece of the cost as a function of the controls.
+/// Whether two steps go through the same modes, switches and impacts, with the same elements.
+bool has_same_sequence(const FesdStep& a, const FesdStep& b);
+/// Whether all steps of two motions do: then both are points of one smooth piece of the cost as a function of the controls.
 bool has_same_sequence(const PlantMotion& a, const PlantMotion& b);
 
 /// Runs the plant of an optimal control problem by FESD-J, with as many elements as it takes. Motions keep their

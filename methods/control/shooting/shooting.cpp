@@ -44,9 +44,6 @@ constexpr int kMaxDescents = 30, kMaxHalvings = 40;
 constexpr double kArmijo = 1e-3;
 /// Multiples of the step that showed a jump downwards, at most.
 constexpr double kLongestJump = 1e9;
-/// A descent with less than this slope, relative like the LPEC, that no step realises is one of rounding: where a switch is
-/// steep, J has curvatures of 1e6, and the cost is known to 1e-14.
-constexpr double kSlopeOfRounding = 1e-4;
 /// Parts of a direction away from all borders that are added to a descent.
 constexpr double kInside[] = {0, 1e-3, 0.03, 0.5};
 
@@ -260,21 +257,15 @@ void Shooting::finish(const Progress& progress) {
     certificate_ = certify(runner_, lineariser_, program_, motion_, nu_, {});
     is_examined_ = true;
     is_linearised_ = false;
-    if (certificate_.is_stationary) {
+    // Where pieces remain that are not examined, a way round their borders is tried before the point is accepted.
+    const bool is_done = certificate_.is_stationary && (certificate_.n_unexamined == 0 || !retreat(progress));
+    if (is_done) {
       status_ = Status::success;
       message_.clear();
+      is_linearised_ = false;
       return;
     }
-    if (!descend(certificate_)) {
-      if (!certificate_.jump && !certificate_.descents.empty() &&
-          certificate_.descents.front().value >= -kSlopeOfRounding) {
-        status_ = Status::success;
-        message_.clear();
-        certificate_.is_stationary = true;
-        return;
-      }
-      if (!retreat(progress)) break;
-    }
+    if (!certificate_.is_stationary && !descend(certificate_) && !retreat(progress)) break;
     is_examined_ = false;
   }
   if (status_ == Status::step_limit || status_ == Status::time_limit) return;

@@ -15,6 +15,8 @@ constexpr double kGuardWeight = 1e3;
 constexpr double kNear = 1e-6, kMayMiss = 1e-10;
 /// A row with slopes below this is constant.
 constexpr double kConstant = 1e-12;
+/// An update (4) whose denominator is a smaller part of its factors is left out.
+constexpr double kSmallUpdate = 1e-8;
 /// Range of an H that is free, but held by equal bounds, relative to itself.
 constexpr double kSmallestRange = 1e-12;
 
@@ -93,6 +95,7 @@ void ShootingProgram::set_H_bounds(double lower, double upper) {
 
 void ShootingProgram::set(const PlantMotion& motion, const MotionLineariser& linearised) {
   const auto N = motion.steps.size();
+  const std::vector<HorizonStage> before = qp_.stages;
   qp_.stages.resize(N);
   qp_.dx_0.setZero(n_x_);
   u_ = motion.u;
@@ -138,6 +141,38 @@ void ShootingProgram::set(const PlantMotion& motion, const MotionLineariser& lin
     for (Eigen::Index i = 0; i < rows.d.size(); ++i) rows.is_used[static_cast<std::size_t>(i)] = rows.d[i] <= kNear;
   }
   set_end(motion);
+  learn(motion, before);
+}
+
+/// (4). @param before  stages of the last motion
+void ShootingProgram::learn(const PlantMotion& motion, const std::vector<HorizonStage>& before) {
+  const std::size_t N = qp_.stages.size();
+  const bool is_known = before.size() == N && lambda_.size() == N + 1 && last_.steps.size() == N;
+  if (!is_known) curvature_.assign(N, Matrix::Zero(n_x_ + n_u_, n_x_ + n_u_));
+  Vector s(n_x_ + n_u_), w(n_x_ + n_u_);
+  for (std::size_t k = 0; k < N; ++k) {
+    HorizonStage& stage = qp_.stages[k];
+    Matrix& S = curvature_[k];
+    const auto column = static_cast<Eigen::Index>(k);
+    if (is_known && !has_same_sequence(motion.steps[k], last_.steps[k])) {
+      S.setZero();
+    } else if (is_known) {
+      s.setZero();
+      s.head(2 * n_q_) = motion.x.col(column) - last_.x.col(column);
+      if (is_time_free_) s[2 * n_q_] = motion.H - last_.H;
+      s.tail(n_u_) = motion.u.col(column) - last_.u.col(column);
+      const Vector& lambda = lambda_[k + 1];
+      w = stage.g - before[k].g - (stage.H + S) * s;
+      w.head(n_x_) += (stage.A - before[k].A).transpose() * lambda;
+      w.tail(n_u_) += (stage.B - before[k].B).transpose() * lambda;
+      if (const double ws = w.dot(s); std::abs(ws) > kSmallUpdate * w.norm() * s.norm()) S += w * w.transpose() / ws;
+    }
+    if (S.isZero(0)) continue;
+    const SymmetricEigen eigen(stage.H + S);
+    stage.H = eigen.vectors * eigen.values.cwiseMax(0).asDiagonal() * eigen.vectors.transpose();
+    stage.H = (0.5 * (stage.H + stage.H.transpose())).eval();
+  }
+  last_ = motion;
 }
 
 void ShootingProgram::set_end(const PlantMotion& motion) {
@@ -251,6 +286,7 @@ const HorizonQpSolution& ShootingProgram::solve(double margin, double tolerance)
   for (;;) {
     use_rows(margin);
     const HorizonQpSolution& solution = solver_.solve(qp_, {.tolerance = tolerance, .gains_without_bounds = true});
+    if (solution.is_solved()) lambda_ = solution.lambda;
     if (!solution.is_solved() || !add_violated(solution, margin)) return solution;
   }
 }

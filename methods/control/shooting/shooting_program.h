@@ -20,6 +20,16 @@ namespace ricochet {
 /// the derivatives of a stage's (q, v, u) by z = (dx_k, du_k), c are those of stage_constraints.h and ()+ is
 /// the projection to the positive semidefinite part: the generalised Gauss-Newton matrix. s are half the distances of
 /// the bounds of a control, or 1. A change of h_n changes the cost in first order only.
+///
+/// What curves the motion itself, as a switch whose time depends strongly on the state, is not in (1). It is learned: with the
+/// multipliers lambda of the dynamics, the Lagrangian of interval k has the gradient a_k = g_k + (A_k B_k)' lambda_k+1 by
+/// z. From one motion to the next, a step s_k apart and with the same sequence in the interval,
+///
+///   S_k += w w' / (w' s_k),   w = (change of a_k at fixed lambda) - (H_k + S_k) s_k                                 (4)
+///
+/// and the program has the convex part of H_k + S_k, where H_k is that of (1). Sources: Nocedal, Wright, Numerical
+/// Optimization (2006), section 6.2, the update of symmetric rank one; Griewank, Toint, Partitioned variable metric
+/// updates, Numer. Math. 39 (1982), one for each part of a sum.
 class ShootingProgram {
  public:
   /// @param runner  must outlive this object
@@ -94,6 +104,7 @@ class ShootingProgram {
   void add_stage(const Element& e, const Sensitivity::ElementDerivatives& derivatives, int j, HorizonStage& stage,
                  Rows& rows);
   void set_end(const PlantMotion& motion);
+  void learn(const PlantMotion& motion, const std::vector<HorizonStage>& before);
   struct Slacks {
     double constraints = 0, guards = 0;
   };
@@ -115,7 +126,10 @@ class ShootingProgram {
   Vector scale_;  // s
   double H_scale_ = 1, H_lower_ = 0, H_upper_ = 0;
 
-  HorizonQp qp_;  // its rows are the used ones
+  HorizonQp qp_;                   // its rows are the used ones
+  std::vector<Matrix> curvature_;  // S_k of (4)
+  std::vector<Vector> lambda_;     // of the last solution
+  PlantMotion last_;               // of the last set(), whose cost is in qp_
   HorizonQpSolver solver_;
   std::vector<Rows> rows_;
   int n_seen_ = 0;  // constraints of the interval at hand so far

@@ -8,6 +8,8 @@ A thin module over the program `ricochet`, which it finds in RICOCHET_PROGRAM or
     frame = ricochet.results("out/results/two_balls_order.jsonl")
     truth = ricochet.truth("rocking_block", digits=40)
     truth.grade, truth.q_text, truth.events[0].t_text
+    plan = ricochet.control("two_carts", method="shooting", explore=12)
+    plan.u, plan.cost, plan.stationarity
 """
 from __future__ import annotations
 
@@ -26,7 +28,8 @@ import numpy as np
 if TYPE_CHECKING:
     import pandas
 
-__all__ = ["Event", "Run", "RicochetError", "Truth", "TruthEvent", "motion", "program", "results", "run", "truth"]
+__all__ = ["Control", "Event", "Run", "RicochetError", "Truth", "TruthEvent", "control", "motion", "program", "results", "run",
+           "truth"]
 
 
 class RicochetError(RuntimeError):
@@ -110,6 +113,33 @@ class Truth:
     @property
     def is_open(self) -> bool:
         return self.grade == "open"
+
+
+@dataclass(frozen=True)
+class Control:
+    """A solution of an optimal control problem, as `ricochet control --json` prints it; `document` has all of it.
+
+    Its arrays are empty unless it succeeded. Solutions are local.
+    """
+
+    status: str
+    message: str
+    cost: float
+    stationarity: str  #: the certificate: "B, 2 active guards, LPEC 3e-12"
+    T: float
+    u: np.ndarray  #: N x n_u, of intervals of the length T / N
+    t: np.ndarray  #: instants of the planned motion, twice where a velocity jumps
+    q: np.ndarray  #: instants x n_q
+    v: np.ndarray
+    true_cost: float  #: of the plant under u; NaN without a replay
+    replay_error: float  #: largest difference of (q, v) at T between plan and plant; NaN without a replay
+    iterations: int
+    seconds: float
+    document: Mapping[str, Any] = field(repr=False)
+
+    @property
+    def succeeded(self) -> bool:
+        return self.status == "success"
 
 
 def program() -> str:
@@ -219,6 +249,39 @@ def truth(scene: str | Path | Mapping[str, Any], *, parameters: Mapping[str, flo
     return Truth(document["grade"], document["reason"], document["assumptions"], document["decimals"],
                  float(document["t"] or 0), _array(texts(q)), _array(texts(v)), texts(q), texts(v), radii(q), radii(v), events,
                  document["seconds"], document)
+
+
+def control(problem: str | Path | Mapping[str, Any], *, method: str = "homotopy", parameters: Mapping[str, float] | None = None,
+            replay: bool = True, **options: Any) -> Control:
+    """Solves an optimal control problem: the id of a problem, a scene file with a block `control`, or such a scene.
+
+    `method` is "homotopy" or "shooting". `options` are those of `ricochet control`, with _ for -: explore=12, sigma_0=0.01,
+    intervals=20, simulate=True. `replay` runs the plant under the controls found, by the event-located reference.
+    Raises RicochetError for input that the program refuses.
+    """
+    with tempfile.TemporaryDirectory() as folder:
+        words = ["control"]
+        if isinstance(problem, Mapping):
+            path = Path(folder) / "problem.json"
+            path.write_text(json.dumps(problem))
+            words.append(str(path))
+        else:
+            words.append(str(problem))
+        words += ["--json", "--method", method]
+        for name, value in (parameters or {}).items():
+            words += ["--set", f"{name}={value!r}"]
+        if not replay:
+            words.append("--no-replay")
+        for name, value in options.items():
+            if value is not False:
+                words += ["--" + name.replace("_", "-"), *([] if value is True else [str(value)])]
+        document = json.loads(_call(words))
+    matrix = lambda rows: np.array(rows, dtype=float)  # noqa: E731
+    claimed, is_replayed = document["claimed"], document["replay_status"] == "success"
+    return Control(document["status"], document["message"], document["claimed_cost"], document["stationarity"], document["T"],
+                   matrix(document["u"]), matrix(claimed["t"]), matrix(claimed["q"]), matrix(claimed["v"]),
+                   document["true_cost"] if is_replayed else np.nan, document["terminal"] if is_replayed else np.nan,
+                   document["iterations"], document["seconds"], document)
 
 
 def results(path: str | Path, kind: str | None = None) -> pandas.DataFrame:
