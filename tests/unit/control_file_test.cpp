@@ -336,6 +336,15 @@ TEST(ControlFile, ExamplesAreSolvedAndThePlantFollows) {
   }
 }
 
+TEST(ControlFile, ProblemsOfTheLiteratureAreRead) {
+  for (const auto& [id, n_c, N] :
+       {std::tuple("transport", 1, 40), std::tuple("thrown_ball", 1, 20), std::tuple("ball_in_box", 4, 30)}) {
+    const auto problem = make_control_problem(std::string(RICOCHET_EXAMPLES "/control/") + id + ".json");
+    EXPECT_EQ(problem->plant->info().n_c(), n_c) << id;
+    EXPECT_EQ(problem->n_intervals, N) << id;
+  }
+}
+
 TEST(ControlFile, APathIsReadWhereANameIsExpected) {
   EXPECT_EQ(make_control_problem(RICOCHET_EXAMPLES "/control/catch_ball.json")->id, "catch_ball");
   EXPECT_THROW(make_control_problem("no/such/file.json"), InputError);
