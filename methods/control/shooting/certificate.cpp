@@ -235,12 +235,12 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
     const double epsilon = std::max(kProbe * options.active, kBeyond * farthest) /
                            std::max(into.lpNorm<Eigen::Infinity>(), 1e-12) *
                            std::sqrt(static_cast<double>(scaled.size()));
-    const auto run_into = [&](double distance) {
+    const auto run_into = [&](double t) {
       runner.run(x.head(n_q), x.tail(n_q),
-                 (motion.u + distance * scaled.controls(into))
+                 (motion.u + t * scaled.controls(into))
                      .cwiseMax(problem.u.lower.replicate(1, N))
                      .cwiseMin(problem.u.upper.replicate(1, N)),
-                 motion.H + distance * scaled.H(into), neighbour);
+                 motion.H + t * scaled.H(into), neighbour);
       if (!neighbour.succeeded() || !lineariser.linearise(neighbour).empty()) return false;
       its_program.set(neighbour, lineariser);
       return true;
