@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "bench/studies/control/control_views.h"
 
@@ -9,6 +10,8 @@ namespace ricochet {
 namespace {
 
 constexpr double kGap = Chart::kAuto;
+// Costs that differ by more than this factor need an axis of logarithms, which has numbers then.
+constexpr double kDecade = 10;
 // A velocity that changes by less of the range of all velocities at one instant does not jump.
 constexpr double kJump = 1e-3;
 
@@ -154,18 +157,21 @@ Chart progress_chart(const std::vector<ControlRun>& runs, const std::string& fil
       .caption =
           "Shooting: the cost of the plant's motion at every iteration, which may violate constraints at first. "
           "Homotopy: the cost of each relaxation, whose motions violate the plant less and less."};
-  Chart::Panel& panel = chart.panels.emplace_back(
-      Chart::Panel{.x = {.label = "iterations", .is_log = true}, .y = {.label = "cost", .is_log = true}});
+  Chart::Panel& panel =
+      chart.panels.emplace_back(Chart::Panel{.x = {.label = "iterations", .is_log = true}, .y = {.label = "cost"}});
+  double least = std::numeric_limits<double>::infinity(), most = -least;
   std::size_t k = 0;
   for (const ControlRun& run : runs) {
     Chart::Points points;
     for (std::size_t i = 0; i < run.progress_cost.size(); ++i) {
       if (run.progress_iterations[i] > 0) points.emplace_back(run.progress_iterations[i], run.progress_cost[i]);
-      panel.y.is_log = panel.y.is_log && run.progress_cost[i] > 0;
+      least = std::min(least, run.progress_cost[i]);
+      most = std::max(most, run.progress_cost[i]);
     }
     panel.add(run_name(run), CurveLook::plain(k++), run.method == "shooting" ? Chart::Drawn::line : Chart::Drawn::both,
               points);
   }
+  panel.y.is_log = least > 0 && most > kDecade * least;
   return chart;
 }
 
