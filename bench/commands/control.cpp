@@ -158,6 +158,7 @@ int solve_control_problem(const ControlArguments& options) {
 
 void add_control_command(CLI::App& app, int& exit_code) {
   static ControlArguments o;
+  o = {};  // a test reads many command lines
   auto* command =
       app.add_subcommand("control", "solve an optimal control problem with contacts, replay it on the plant, draw it");
   o.control.add(*command);

@@ -80,6 +80,7 @@ int control_in_closed_loop(const MpcArguments& options) {
 
 void add_mpc_command(CLI::App& app, int& exit_code) {
   static MpcArguments o;
+  o = {};  // a test reads many command lines
   auto* command = app.add_subcommand("mpc", "model predictive control with contacts: re-plan after every interval");
   o.control.add(*command);
   command

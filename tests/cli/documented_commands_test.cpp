@@ -147,12 +147,16 @@ void parse(const std::string& line) {
     if (app.get_subcommands().empty() || !app.remaining(true).empty()) throw;
   }
   const CLI::App& command = *app.get_subcommands().front();
-  if (command.get_name() != "run-experiment") {  // where these may be patterns
+  const std::string name = command.get_name();
+  if (name != "run-experiment" && name != "control" && name != "mpc") {  // patterns, and methods of optimal control
     for (const auto& method : given(command, "--method")) {
       if (!method.starts_with("external:")) make_method(method);  // a program beside the command, not beside the test
     }
     for (const auto& problem : given(command, "--problem")) {
-      if (problem.find(".json") == std::string::npos) make_problem(problem);
+      if (problem.find(".json") != std::string::npos) continue;
+      const bool is_of_control = std::ranges::count(control_problems(), problem, &ControlEntry::id) > 0;
+      if (name == "export" && is_of_control) continue;
+      make_problem(problem);
     }
   }
   for (const auto& problem : given(command, "problem")) {
