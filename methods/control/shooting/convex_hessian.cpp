@@ -10,6 +10,12 @@ constexpr double kRestRounding = 1e-14;
 
 }  // namespace
 
+Matrix positive_part(const Matrix& A) {
+  const SymmetricEigen eigen(A);
+  const Matrix part = eigen.vectors * eigen.values.cwiseMax(0).asDiagonal() * eigen.vectors.transpose();
+  return 0.5 * (part + part.transpose());
+}
+
 ConvexHessian::ConvexHessian(const SmoothFunction& cost, const SmoothFunction& residuals)
     : cost_(cost),
       residuals_(residuals),
@@ -33,9 +39,7 @@ const Matrix& ConvexHessian::at(const double* x) {
   }
   if (of_.rows() != rest_.rows() || of_ != rest_) {
     of_ = rest_;
-    const SymmetricEigen eigen(rest_);
-    part_ = eigen.vectors * eigen.values.cwiseMax(0).asDiagonal() * eigen.vectors.transpose();
-    part_ = (0.5 * (part_ + part_.transpose())).eval();
+    part_ = positive_part(rest_);
   }
   if (rho_.size() == 0) return part_;
   result_ = part_;

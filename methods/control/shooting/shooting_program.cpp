@@ -167,10 +167,7 @@ void ShootingProgram::learn(const PlantMotion& motion, const std::vector<Horizon
       w.tail(n_u_) += (stage.B - before[k].B).transpose() * lambda;
       if (const double ws = w.dot(s); std::abs(ws) > kSmallUpdate * w.norm() * s.norm()) S += w * w.transpose() / ws;
     }
-    if (S.isZero(0)) continue;
-    const SymmetricEigen eigen(stage.H + S);
-    stage.H = eigen.vectors * eigen.values.cwiseMax(0).asDiagonal() * eigen.vectors.transpose();
-    stage.H = (0.5 * (stage.H + stage.H.transpose())).eval();
+    if (!S.isZero(0)) stage.H = positive_part(stage.H + S);
   }
   last_ = motion;
 }
