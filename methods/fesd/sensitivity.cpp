@@ -53,7 +53,7 @@ void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
   dt_elements_.resize(static_cast<std::size_t>(N));
   elements_.resize(std::max(elements_.size(), keeps_elements_ ? static_cast<std::size_t>(N) : 1));
   n_elements_ = keeps_elements_ ? static_cast<std::size_t>(N) : 0;
-  if (step.touches && !reached_.modes.empty() && !reached_.is_at_switch) through_switch_at_start(step);
+  if (!reached_.modes.empty() && !reached_.is_at_switch) through_switch_at_start(step);
   for (int first = 0; first < N;) {
     int count = 1;  // of the run of equal elements
     while (first + count < N && step.ends[first + count - 1].contact < 0) ++count;
@@ -96,19 +96,25 @@ void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
   remember_end(step);
 }
 
+int Sensitivity::switch_at_start(const std::vector<ContactMode>& before, const FesdStep& step) {
+  if (!step.touches) return -1;
+  const std::vector<ContactMode>& after = step.elements[0].modes;
+  const auto Lambda_n = step.Lambda_n.col(0);
+  const bool has_impulse = !Lambda_n.isZero(0);
+  for (int i = 0; i < std::ssize(before); ++i) {
+    const bool closes = !is_closed(before[i]) && Lambda_n[i] > 0,
+               stops = !has_impulse && is_slipping(before[i]) && is_closed(after[i]) && after[i] != before[i];
+    if (closes || stops) return i;
+  }
+  return -1;
+}
+
 /// (6)
 void Sensitivity::through_switch_at_start(const FesdStep& step) {
-  const Element& e = step.elements[0];
-  const Vector q = e.q0, v = step.v_minus.col(0), Lambda_n = step.Lambda_n.col(0);
-  const bool has_impulse = !Lambda_n.isZero(0);
-  int contact = -1;
-  for (int i = 0; i < n_c_ && contact < 0; ++i) {
-    const bool closes = !is_closed(reached_.modes[i]) && Lambda_n[i] > 0,
-               stops = !has_impulse && is_slipping(reached_.modes[i]) && is_closed(e.modes[i]) &&
-                       e.modes[i] != reached_.modes[i];
-    if (closes || stops) contact = i;
-  }
+  const int contact = switch_at_start(reached_.modes, step);
   if (contact < 0) return;
+  const Vector q = step.elements[0].q0, v = step.v_minus.col(0);
+  const bool has_impulse = step.Lambda_n(contact, 0) > 0;
   const Matrix J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
   const Vector contact_force = problem_.force_directions(J_n * reached_.lambda_n + J_t * reached_.lambda_t),
                a = CholeskyFactors(problem_.mass_matrix(q)).solve(problem_.force(q, v) + contact_force);

@@ -59,6 +59,10 @@ class Sensitivity {
   /// Keeps elements() of the steps that follow.
   void keep_elements() { keeps_elements_ = true; }
 
+  /// The contact whose switch falls on the boundary of two steps, (6): it closes with an impulse, or its slip stops without
+  /// one. -1 for none. @param before  modes at the end of the step before. @param step  the one that begins there
+  static int switch_at_start(const std::vector<ContactMode>& before, const FesdStep& step);
+
   /// Continues through an accepted step. @param dt_end  derivative of the time where it ends unless a switch ends it
   void add(const FesdStep& step, const Vector& dt_end);
   /// Takes the last add() back.

@@ -22,8 +22,9 @@ class GuardCollector {
         interval_(interval),
         n_theta_(interval.x.cols()),
         guards_(guards) {
-    if (static_cast<std::size_t>(k) + 1 < motion.steps.size())
-      find_switch_at_end(motion.steps[static_cast<std::size_t>(k) + 1]);
+    const auto next = static_cast<std::size_t>(k) + 1;
+    if (next < motion.steps.size() && step_.ends[static_cast<std::size_t>(step_.n_elements) - 1].contact < 0)
+      switch_at_end_ = Sensitivity::switch_at_start(step_.last().modes, motion.steps[next]);
   }
 
   void collect() {
@@ -37,20 +38,6 @@ class GuardCollector {
   }
 
  private:
-  /// The contact that closes, or whose slip stops, just where the next interval begins. The derivatives are those of a
-  /// switch a little before ((6) of sensitivity.h), so its function does not get positive at the end of this interval.
-  void find_switch_at_end(const FesdStep& next) {
-    const auto last = static_cast<std::size_t>(step_.n_elements) - 1;
-    if (!next.touches || step_.ends[last].contact >= 0) return;
-    const auto &before = step_.elements[last].modes, &after = next.elements[0].modes;
-    const Vector Lambda_n = next.Lambda_n.col(0);
-    const bool has_impulse = !Lambda_n.isZero(0);
-    for (int i = 0; i < info_.n_c() && switch_at_end_ < 0; ++i) {
-      const bool closes = !is_closed(before[i]) && Lambda_n[i] > 0,
-                 stops = !has_impulse && is_slipping(before[i]) && is_closed(after[i]) && after[i] != before[i];
-      if (closes || stops) switch_at_end_ = i;
-    }
-  }
   /// -1 for the function of a switch at the end of the interval, else 1.
   double sign(int n, int j, int contact) const {
     const bool is_end = n == step_.n_elements - 1 && j == step_.elements[n].q.cols() - 1;
@@ -134,7 +121,9 @@ class GuardCollector {
   const LinearisedInterval& interval_;
   const Eigen::Index n_theta_;
   std::vector<Guard>& guards_;
-  int switch_at_end_ = -1;  // contact
+  // Contact whose switch falls on the end of the interval. The derivatives are those of a switch a little before, (6) of
+  // sensitivity.h, so its function does not get positive there.
+  int switch_at_end_ = -1;
 };
 
 }  // namespace
