@@ -116,16 +116,16 @@ void print_head(const ControlOptions& options, const PreparedMethod& method, con
 }
 
 int solve_control_problem(const ControlArguments& options) {
+  if (options.as_json) {  // excludes the other outputs
+    const ControlRun run = solve_and_replay(options.control, {}, !options.no_replay);
+    fmt::print("{}\n", nlohmann::json(run).dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
+    return run.succeeded() ? 0 : 1;
+  }
   const auto problem = options.control.make_problem();
   if (!options.plot.empty() && !can_draw())
     throw InputError("--plot", options.plot, "gnuplot is needed for figures and was not found");
   if (!options.plot.empty()) require_writable_folder("--plot", options.plot);
   if (!options.csv.empty()) require_writable("controls", options.csv);
-  if (options.as_json) {
-    const ControlRun run = solve_and_replay(options.control, {}, !options.no_replay);
-    fmt::print("{}\n", nlohmann::json(run).dump(1, ' ', false, nlohmann::json::error_handler_t::replace));
-    return run.succeeded() ? 0 : 1;
-  }
   const PreparedMethod method = prepared_method(options.control, *problem, {print_step, print_iteration});
   for (const auto& note : method.notes) fmt::print("{}\n", note);
   const std::string discretisation = options.control.describe(*problem);
