@@ -21,6 +21,11 @@ namespace ricochet {
 struct OptimalControlProblem {
   struct Bounds {
     Vector lower, upper;  ///< infinite if there is no bound
+
+    /// The nearest values within the bounds. @param values  a column of the size of a bound each
+    Matrix clamp(const Matrix& values) const {
+      return values.cwiseMax(lower.replicate(1, values.cols())).cwiseMin(upper.replicate(1, values.cols()));
+    }
   };
 
   std::string id, title, source, hard_feature;
@@ -35,8 +40,8 @@ struct OptimalControlProblem {
   /// A method that knows them has the convex part 2 rho_x' rho_x of the Hessian exactly (Gauss-Newton).
   SmoothFunction running_residuals;
   SmoothFunction terminal_residuals;  ///< (q, v) -> rho, likewise of E
-  SmoothFunction path;           ///< (q, v, u) -> p
-  SmoothFunction terminal;       ///< (q, v) -> r
+  SmoothFunction path;                ///< (q, v, u) -> p
+  SmoothFunction terminal;            ///< (q, v) -> r
   std::vector<std::string> path_names, terminal_names;
 
   Matrix u_guess;  ///< guess of the controls, one column per interval of equal length; empty: plant->info().u in all

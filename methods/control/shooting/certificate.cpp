@@ -236,10 +236,7 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
                            std::max(into.lpNorm<Eigen::Infinity>(), 1e-12) *
                            std::sqrt(static_cast<double>(scaled.size()));
     const auto run_into = [&](double t) {
-      runner.run(x.head(n_q), x.tail(n_q),
-                 (motion.u + t * scaled.controls(into))
-                     .cwiseMax(problem.u.lower.replicate(1, N))
-                     .cwiseMin(problem.u.upper.replicate(1, N)),
+      runner.run(x.head(n_q), x.tail(n_q), problem.u.clamp(motion.u + t * scaled.controls(into)),
                  motion.H + t * scaled.H(into), neighbour);
       if (!neighbour.succeeded() || !lineariser.linearise(neighbour).empty()) return false;
       its_program.set(neighbour, lineariser);

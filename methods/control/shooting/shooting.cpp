@@ -91,9 +91,8 @@ bool Shooting::begin(const Matrix& u, double T) {
     throw InputError("controls", fmt::format("{} x {}", u.rows(), N),
                      fmt::format("{} x the number of intervals are required", info.n_u));
   const double time = problem_.is_time_free ? std::clamp(T, problem_.T_lower, problem_.T_upper) : T;
-  const Matrix inside = u.cwiseMax(problem_.u.lower.replicate(1, N)).cwiseMin(problem_.u.upper.replicate(1, N));
   program_.set_H_bounds(problem_.T_lower / static_cast<double>(N), problem_.T_upper / static_cast<double>(N));
-  runner_.run(info.q0, info.v0, inside, time / static_cast<double>(N), motion_);
+  runner_.run(info.q0, info.v0, problem_.u.clamp(u), time / static_cast<double>(N), motion_);
   gains_.clear();
   restart();
   nu_ = 1 + std::abs(motion_.cost);
@@ -262,7 +261,6 @@ void Shooting::finish(const Progress& progress) {
     if (is_done) {
       status_ = Status::success;
       message_.clear();
-      is_linearised_ = false;
       return;
     }
     if (!certificate_.is_stationary && !descend(certificate_) && !retreat(progress)) break;
@@ -318,11 +316,9 @@ bool Shooting::descend(const Certificate& certificate) {
 
 /// Takes a step of length t along a direction, if the cost falls by a part of t slope.
 bool Shooting::try_direction(const Matrix& d, double d_H, double t, double slope) {
-  const Eigen::Index N = motion_.u.cols(), n_q = runner_.plant().n_q();
+  const Eigen::Index n_q = runner_.plant().n_q();
   const Vector x = motion_.x.col(0);
-  const Matrix u =
-      (motion_.u + t * d).cwiseMax(problem_.u.lower.replicate(1, N)).cwiseMin(problem_.u.upper.replicate(1, N));
-  runner_.run(x.head(n_q), x.tail(n_q), u, motion_.H + t * d_H, trial_);
+  runner_.run(x.head(n_q), x.tail(n_q), problem_.u.clamp(motion_.u + t * d), motion_.H + t * d_H, trial_);
   if (!trial_.succeeded() || merit(motion_) - merit(trial_) <= kArmijo * t * slope) return false;
   std::swap(motion_, trial_);
   last_size_ = std::numeric_limits<double>::infinity();

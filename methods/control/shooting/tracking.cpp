@@ -3,7 +3,6 @@
 #include <fmt/format.h>
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 
 #include "methods/control/shooting/horizon_qp.h"
@@ -16,10 +15,6 @@ namespace {
 constexpr double kFirstRegion = 1, kLastRegion = 1e-3;
 /// A step that reduces (1) by less than this part of it is the last one of its window.
 constexpr double kSmallDecrease = 1e-3;
-
-double wall_clock() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
 
 void check(const Matrix& u, const Matrix& y, const PlantRunner& runner, const TrackingOptions& options) {
   const ProblemInfo& info = runner.problem().plant->info();
@@ -171,17 +166,12 @@ class Window {
 
 Tracking track(PlantRunner& runner, const Matrix& u, double H, const Matrix& y, const TrackingOptions& options) {
   check(u, y, runner, options);
-  const double begin = wall_clock();
-  const auto& bounds = runner.problem().u;
   Tracking result;
-  result.u = u.cwiseMax(bounds.lower.replicate(1, u.cols())).cwiseMin(bounds.upper.replicate(1, u.cols()));
+  result.u = runner.problem().u.clamp(u);
   Window window(runner, u, H, y, options);
   Vector x = y.col(0);
   for (Eigen::Index k = 0; k < u.cols(); ++k) {
-    if (options.time_limit > 0 && wall_clock() - begin > options.time_limit)
-      result.message = fmt::format("the time limit of {:g} s was reached", options.time_limit);
-    else
-      result.message = window.adapt(k, x, result.u);
+    result.message = window.adapt(k, x, result.u);
     if (!result.message.empty()) {
       result.message = fmt::format("interval {} of {}: {}", k + 1, u.cols(), result.message);
       break;

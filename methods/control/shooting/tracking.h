@@ -9,7 +9,6 @@ namespace ricochet {
 struct TrackingOptions {
   int window = 6;           ///< intervals that are looked ahead
   int iterations = 4;       ///< Gauss-Newton steps per interval
-  double time_limit = 0;    ///< [s] of wall time; 0 for none. It is kept to within one interval
   double by_control = 0.1;  ///< r of (1): larger values keep the controls nearer to the given ones
 };
 
