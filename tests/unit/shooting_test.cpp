@@ -160,25 +160,33 @@ void expect_right_derivatives(PlantRunner& runner, const PlantMotion& motion, do
   }
 }
 
-/// The same for the first random controls whose motion is wanted.
-/// @param change  of a control; a smaller one shows the tolerance of the motion, a larger one its higher derivatives
-void expect_right_derivatives(const OptimalControlProblem& problem, double size, double tolerance,
-                              const std::function<bool(const Sequence&)>& is_wanted, double change = 1e-3) {
-  PlantRunner runner(problem, tableau_argument(problem.tableau));
+/// The motion of the first random controls, up to `size` each around those of the problem, that is wanted and keeps its
+/// sequence under changes up to delta. @return no steps, and a failed test, if there is none
+PlantMotion first_wanted_motion(PlantRunner& runner, unsigned seed, double size, double delta,
+                                const std::function<bool(const Sequence&)>& is_wanted) {
+  const OptimalControlProblem& problem = runner.problem();
   const ProblemInfo& info = problem.plant->info();
-  std::mt19937 random(1);
+  std::mt19937 random(seed);
   std::uniform_real_distribution<double> uniform(-size, size);
   PlantMotion motion;
   for (int attempt = 0; attempt < 2000; ++attempt) {
     Matrix u = Matrix::NullaryExpr(info.n_u, problem.n_intervals, [&] { return uniform(random); });
     u.colwise() += info.u;
     runner.run(info.q0, info.v0, u, info.end_time / problem.n_intervals, motion);
-    if (!motion.succeeded() || !is_wanted(sequence_of(motion)) || !is_away_from_borders(runner, motion, 5 * change))
-      continue;
-    expect_right_derivatives(runner, motion, change, tolerance);
-    return;
+    if (motion.succeeded() && is_wanted(sequence_of(motion)) && is_away_from_borders(runner, motion, delta))
+      return motion;
   }
   ADD_FAILURE() << problem.id << ": no such motion was found";
+  return {};
+}
+
+/// The same for the first random controls whose motion is wanted.
+/// @param change  of a control; a smaller one shows the tolerance of the motion, a larger one its higher derivatives
+void expect_right_derivatives(const OptimalControlProblem& problem, double size, double tolerance,
+                              const std::function<bool(const Sequence&)>& is_wanted, double change = 1e-3) {
+  PlantRunner runner(problem, tableau_argument(problem.tableau));
+  const PlantMotion motion = first_wanted_motion(runner, 1, size, 5 * change, is_wanted);
+  if (!motion.steps.empty()) expect_right_derivatives(runner, motion, change, tolerance);
 }
 
 /// Compares the derivatives of the state at T with differences of CVODE with events, for the first random controls whose
@@ -189,24 +197,13 @@ void expect_derivatives_of_plant(OptimalControlProblem& problem, int n, double s
   problem.n_intervals = n;
   problem.n_fe = 8;
   PlantRunner runner(problem, tableau_argument(problem.tableau));
-  const ProblemInfo& info = problem.plant->info();
-  std::mt19937 random(2);
-  std::uniform_real_distribution<double> uniform(-size, size);
-  PlantMotion motion;
-  for (int attempt = 0; attempt < 2000; ++attempt) {
-    Matrix u = Matrix::NullaryExpr(info.n_u, problem.n_intervals, [&] { return uniform(random); });
-    u.colwise() += info.u;
-    runner.run(info.q0, info.v0, u, info.end_time / problem.n_intervals, motion);
-    if (!motion.succeeded() || !is_wanted(sequence_of(motion)) || !is_away_from_borders(runner, motion, 4 * change))
-      continue;
-    const Matrix all = all_derivatives(runner, motion);
-    const Matrix ours = all.bottomRows(2 * runner.plant().n_q()).leftCols(motion.u.size());
-    const Matrix truth = gradient_by_differences(problem, runner.trajectory(motion), reference_solver(1e-12), change);
-    // The reference is good to its tolerance over the change.
-    EXPECT_LE((ours - truth).cwiseAbs().maxCoeff(), 1e-6 * (1 + truth.cwiseAbs().maxCoeff())) << problem.id;
-    return;
-  }
-  ADD_FAILURE() << problem.id << ": no such motion was found";
+  const PlantMotion motion = first_wanted_motion(runner, 2, size, 4 * change, is_wanted);
+  if (motion.steps.empty()) return;
+  const Matrix all = all_derivatives(runner, motion);
+  const Matrix ours = all.bottomRows(2 * runner.plant().n_q()).leftCols(motion.u.size());
+  const Matrix truth = gradient_by_differences(problem, runner.trajectory(motion), reference_solver(1e-12), change);
+  // The reference is good to its tolerance over the change.
+  EXPECT_LE((ours - truth).cwiseAbs().maxCoeff(), 1e-6 * (1 + truth.cwiseAbs().maxCoeff())) << problem.id;
 }
 
 TEST(LinearisedInterval, AgreesWithDifferencesOfThePlant) {
