@@ -37,7 +37,7 @@ struct PreparedMethod {
   std::vector<std::string> notes;                ///< as above
 };
 
-/// What is called after every step or iteration of a solve.
+/// Callbacks that report every step or iteration of a solve.
 struct ControlProgress {
   MpccSolver::Progress homotopy = {};
   Shooting::Progress shooting = {};

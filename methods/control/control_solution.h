@@ -9,7 +9,7 @@
 
 namespace ricochet {
 
-/// What a method has reached after some iterations.
+/// Cost and violation after some iterations of a method.
 struct ControlIterate {
   int iterations = 0;
   double cost = 0, violation = 0;

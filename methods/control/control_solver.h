@@ -31,9 +31,9 @@ class ControlSolver {
   virtual int n_pairs() const = 0;  ///< of complementarity; 0 for a method that has none
 };
 
-/// By a homotopy of relaxations. The program stays the same: the past is constant (Transcription::start_at), so
-/// functions, structure, and the numbers of variables are reused, the plan itself is the guess, and the last branch is
-/// solved first (MpccSolver::resolve). What is not solved is no plan.
+/// Solves by a homotopy of relaxations. resolve() keeps the program: the past becomes constant (Transcription::start_at),
+/// so functions, structure and the numbers of variables are reused. The plan is the guess, and its branch is solved first
+/// (MpccSolver::resolve). A solve that fails leaves no plan.
 class HomotopyControlSolver final : public ControlSolver {
  public:
   /// @param transcription  with the first guess; must outlive this object
@@ -59,11 +59,11 @@ class HomotopyControlSolver final : public ControlSolver {
   Vector plan_;  // x of the last one that is solved
 };
 
-/// By shooting (shooting/shooting.h). A solve that is not stationary yet, or has no time left, is a plan all the same,
-/// because its last iterate is a motion of the plant from where it is.
+/// Solves by shooting (shooting/shooting.h). A solve that is not stationary yet, or has no time left, still yields a plan,
+/// because its last iterate is a motion of the plant from its present state.
 class ShootingControlSolver final : public ControlSolver {
  public:
-  /// Where the first solve starts, and what limits the next ones.
+  /// First guess of the first solve, and the limit of the next ones.
   struct Start {
     std::vector<Matrix> guesses;  ///< n_u x N / 2^refine each
     double T = 0;                 ///< first guess of the end time [s]; 0: the problem's

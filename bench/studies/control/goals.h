@@ -17,18 +17,18 @@ namespace ricochet {
 
 inline constexpr const char *kHomotopy = "homotopy", *kShooting = "shooting";
 
-/// A quantity of both methods on one problem, and what an experiment wants of it.
+/// A quantity of both methods on one problem, and the number that a goal limits.
 struct Comparison {
   std::string problem, quantity;
   std::string homotopy, shooting;  ///< its values as text; empty where a method has none
-  /// What the goal is about: mostly shooting divided by homotopy. NaN where there is none.
+  /// The number that a goal limits: mostly shooting divided by homotopy. NaN if a method has none.
   double reached = std::numeric_limits<double>::quiet_NaN();
 };
 
 /// A comparison of numbers of homotopy and shooting: what is reached in `quantity` of `problem` is their quotient.
 Comparison quotient(const std::string& problem, const std::string& quantity, double homotopy, double shooting);
 
-/// Of "goals" of an experiment: {"problem", "quantity", "at_most" or "at_least"}.
+/// A member of "goals" of an experiment: {"problem", "quantity", "at_most" or "at_least"}.
 struct ControlGoal {
   std::string problem, quantity;
   double at_most = std::numeric_limits<double>::quiet_NaN(), at_least = at_most;
@@ -43,7 +43,7 @@ Table comparison_table(const std::vector<Comparison>& comparisons, const nlohman
 inline constexpr const char* kGoalsField =
     R"~("goals": {"type": "array", "description": "What shooting is to reach, for the table of both methods.", "items": {
       "type": "object", "additionalProperties": false, "required": ["problem", "quantity"], "properties": {
-        "problem": {"type": "string", "description": "Of `ricochet control`.", "examples": ["two_carts"]},
+        "problem": {"type": "string", "description": "A problem of `ricochet control`.", "examples": ["two_carts"]},
         "quantity": {"type": "string", "description": "A line of the table.", "examples": ["median cost"]},
         "at_most": {"type": "number", "description": "Largest value, mostly of shooting divided by homotopy.", "examples": [0.1]},
         "at_least": {"type": "number", "description": "Least value.", "examples": [50]}}}})~";

@@ -32,7 +32,7 @@ struct SeedRun {
 
   bool succeeded() const { return status == "success"; }
   bool is_replayed() const { return replay_status == "success"; }
-  /// By as much as the goal of issue 45 allows.
+  /// Plan and plant end within 1e-9 of each other, in the units of q and v.
   bool is_replayed_exactly() const { return is_replayed() && terminal <= 1e-9; }
   bool is_certified() const { return succeeded() && is_b_stationary; }
   bool is_timed() const { return cpu_seconds > 0; }

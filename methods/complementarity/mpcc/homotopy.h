@@ -35,7 +35,7 @@ struct HomotopyOptions {
   double warm_time_limit = 0;         ///< wall time of a resolve() [s]; 0: no limit
   double barrier = 0.1;               ///< first barrier parameter of the first step
   double push = 1e-2;                 ///< the guess is moved inside of its bounds by this, relatively
-  bool cross_over = true;             ///< to exact complementarity; false: the last relaxation is the solution, solved or not
+  bool cross_over = true;  ///< to exact complementarity; false: the end of the last relaxation is the solution
   LinearSolver linear_solver = LinearSolver::mumps;
   int max_branches = 10;  ///< branches that the crossover may try besides the first
   bool descend = true;    ///< the crossover looks for better branches and classifies the point

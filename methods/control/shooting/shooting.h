@@ -49,9 +49,9 @@ struct ShootingIteration {
 ///   phi = J + nu (sum of the violations of all stages + |r|_1)                                               (3)
 ///
 /// falls by a hundredth of what the program predicts; otherwise the trust region shrinks. Where curved constraints spoil
-/// a step, it is corrected to second order. A refused step that left the
-/// sequence is tried again with the guards of that sequence (guards.h) as constraints. nu grows tenfold while the
-/// program leaves a violation that a larger one would remove.
+/// a step, it is corrected to second order. A refused step that left the sequence is tried again with the guards of that
+/// sequence (guards.h) as constraints. nu grows tenfold while the program leaves a violation that a larger one would
+/// remove.
 ///
 /// Where no step is left, the end is examined (certificate.h): a neighbouring piece of J in which it descends is where the
 /// iteration goes on. A motion that fails is a refused step. Results are local.
