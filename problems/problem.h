@@ -239,6 +239,15 @@ class Problem {
   virtual void friction_coefficients([[maybe_unused]] const double* q, double* mu) const {
     for (const ContactInfo& contact : info_.contacts) *mu++ = contact.mu;
   }
+  /// f_c of these `contacts`; the other entries may be written or not.
+  virtual void gap_of([[maybe_unused]] std::span<const int> contacts, const double* q, double* f_c) const {
+    gap(q, f_c);
+  }
+  /// b of gap_acceleration_bias() of these `contacts`, likewise.
+  virtual void gap_acceleration_bias_of([[maybe_unused]] std::span<const int> contacts, const double* q,
+                                        const double* v, double* b) const {
+    gap_acceleration_bias(q, v, b);
+  }
   /// J_n of the contacts whose entry in `chosen` (n_c) is not zero; the other entries may stay unchanged.
   virtual void normal_jacobian_of([[maybe_unused]] const char* chosen, const double* q, double* J_n) const {
     normal_jacobian(q, J_n);

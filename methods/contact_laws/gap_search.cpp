@@ -102,8 +102,9 @@ void GapSearch::set_gap_coefficients(int contact, double* g) const {
   }
 }
 
-void GapSearch::move_to(double s) {
-  for (const int k : watched_) q_[k] = bernstein::value(path_.data() + k, info_.n_q, degree_, s);
+/// The coordinates on which a contact depends.
+void GapSearch::move_to(const ContactInfo& contact, double s) {
+  for (const int k : contact.support) q_[k] = bernstein::value(path_.data() + k, info_.n_q, degree_, s);
 }
 
 double GapSearch::gap(int contact, double s) {
@@ -112,8 +113,8 @@ double GapSearch::gap(int contact, double s) {
     set_gap_coefficients(contact, g);
     return bernstein::value(g, 1, degree_, s);
   }
-  move_to(s);
-  problem_.gap(q_.data(), gap_.data());
+  move_to(info_.contacts[contact], s);
+  problem_.gap_of({&contact, 1}, q_.data(), gap_.data());
   return gap_[contact];
 }
 
@@ -157,8 +158,8 @@ GapSearch::Verdict GapSearch::judge_affine(const Allowance& allowance, const Pie
 
 /// J_n at s joins the estimate of its bounds.
 void GapSearch::estimate_normal(const ContactInfo& contact, double s, bool is_first) {
-  move_to(s);
-  problem_.normal_jacobian(q_.data(), packed_.data());
+  move_to(contact, s);
+  problem_.normal_jacobian_of(chosen_.data(), q_.data(), packed_.data());
   for (std::size_t k = 0; k < contact.support.size(); ++k) {
     const auto at = static_cast<std::size_t>(contact.normal_begin) + k;
     const double entry = packed_[static_cast<Eigen::Index>(at)];
@@ -231,8 +232,10 @@ double GapSearch::error_of(int contact, const auto& of_coordinate) {
   const auto& info = info_.contacts[contact];
   if (!info.is_affine) {
     if (is_clear_[contact]) return 0;
-    problem_.normal_jacobian(path_.data(), packed_.data());
+    chosen_[contact] = 1;
+    problem_.normal_jacobian_of(chosen_.data(), path_.data(), packed_.data());
   }
+  chosen_[contact] = 0;
   const double* J_n = (info.is_affine ? affine_J_n_ : packed_).data() + info.normal_begin;
   double error = 0;
   for (const int k : info.support) error += std::abs(*J_n++) * of_coordinate(k);

@@ -92,7 +92,7 @@ class GapSearch {
 
   /// Gap at the left end of the path.
   double left_gap(int contact) const { return left_gap_[contact]; }
-  /// Gap at s. Evaluates all gaps if the contact is curved.
+  /// Gap at s.
   double gap(int contact, double s);
 
  private:
@@ -115,7 +115,7 @@ class GapSearch {
   void bound_normal(const ContactInfo& contact, const Piece& piece);
   void estimate_normal(const ContactInfo& contact, double s, bool is_first);
   double error_of(int contact, const auto& of_coordinate);
-  void move_to(double s);
+  void move_to(const ContactInfo& contact, double s);
   void prove_wide_box();
 
   const Problem& problem_;

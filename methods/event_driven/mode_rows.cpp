@@ -98,7 +98,7 @@ void ModeRows::set_columns(const double* q, const double* v, Matrix& C) {
 }
 
 void ModeRows::set_rates(const double* q, const double* v, Vector& b) {
-  problem_.gap_acceleration_bias(q, v, bias_.data());
+  problem_.gap_acceleration_bias_of(closed_, q, v, bias_.data());
   if (turns_) problem_.slip_velocity_derivative(q, v, T_.data());
   for (Eigen::Index r = 0; r < size(); ++r) {
     const auto [i, tangent] = rows_[static_cast<std::size_t>(r)];

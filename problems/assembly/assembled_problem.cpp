@@ -40,6 +40,7 @@ int AssembledProblem::add_contact(Kind kind, std::vector<int> coordinates, std::
   contact.normal_begin = info_.n_normal_entries;
   contact.tangent_begin = info_.n_tangent_entries;
   contact.tangent_index = info_.n_lambda_t;
+  copies_.push_back({&copies, copies.count()});
   copies.add({info_.n_c(), std::move(coordinates), contact.normal_begin, contact.tangent_begin, contact.tangent_index});
   const int entries = static_cast<int>(contact.support.size());
   info_.n_normal_entries += entries;
@@ -115,6 +116,15 @@ void AssembledProblem::mass_derivative(const double*, const double*, double* Ma_
 
 void AssembledProblem::gap(const double* q, double* f_c) const {
   for (const auto& kind : kinds_) kind->gap(q, f_c);
+}
+
+void AssembledProblem::gap_of(std::span<const int> contacts, const double* q, double* f_c) const {
+  for (const int i : contacts) copies_[i].kind->gap_of(copies_[i].number, q, f_c);
+}
+
+void AssembledProblem::gap_acceleration_bias_of(std::span<const int> contacts, const double* q, const double* v,
+                                                double* b) const {
+  for (const int i : contacts) copies_[i].kind->gap_acceleration_bias_of(copies_[i].number, q, v, b);
 }
 
 void AssembledProblem::normal_jacobian(const double* q, double* J_n) const {

@@ -60,6 +60,9 @@ class AssembledProblem : public Problem {
   void gap(const double* q, double* f_c) const override;
   void normal_jacobian(const double* q, double* J_n) const override;
   void tangent_jacobian(const double* q, double* J_t) const override;
+  void gap_of(std::span<const int> contacts, const double* q, double* f_c) const override;
+  void gap_acceleration_bias_of(std::span<const int> contacts, const double* q, const double* v,
+                                double* b) const override;
   void normal_jacobian_of(const char* chosen, const double* q, double* J_n) const override;
   void tangent_jacobian_of(const char* chosen, const double* q, double* J_t) const override;
   void mass_bounds(const Interval* q, Interval* M) const override;
@@ -87,6 +90,12 @@ class AssembledProblem : public Problem {
  private:
   std::vector<double> masses_, forces_;
   std::vector<std::unique_ptr<ContactCopies>> kinds_;
+  /// A contact: its kind, and the number of its copy.
+  struct Copy {
+    const ContactCopies* kind;
+    std::size_t number;
+  };
+  std::vector<Copy> copies_;  // n_c
 
   std::function<SymbolicModel()> make_model_;
   mutable std::optional<SymbolicModel> formulas_;

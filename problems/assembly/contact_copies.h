@@ -16,7 +16,7 @@ struct ContactPlace {
 };
 
 /// All copies of one contact. Arrays are those of the large scene, as in Problem; one call serves all copies, so there
-/// is no virtual call per contact.
+/// is no virtual call per contact, unless single contacts are requested.
 class ContactCopies {
  public:
   virtual ~ContactCopies() = default;
@@ -25,12 +25,16 @@ class ContactCopies {
   virtual const ContactInfo& contact() const = 0;
   virtual int n_local() const = 0;
   void add(ContactPlace place) { places_.push_back(std::move(place)); }
+  std::size_t count() const { return places_.size(); }
 
   virtual void gap(const double* q, double* f_c) const = 0;
   /// @param chosen  as in Problem, null for all
   virtual void normal_jacobian_of(const char* chosen, const double* q, double* J_n) const = 0;
   virtual void tangent_jacobian_of(const char* chosen, const double* q, double* J_t) const = 0;
   virtual void gap_acceleration_bias(const double* q, const double* v, double* b) const = 0;
+  // Of one copy.
+  virtual void gap_of(std::size_t copy, const double* q, double* f_c) const = 0;
+  virtual void gap_acceleration_bias_of(std::size_t copy, const double* q, const double* v, double* b) const = 0;
   // Bounds over boxes, as in Problem.
   virtual void gap_bounds(const char* chosen, const Interval* q, Interval* f_c) const = 0;
   virtual void normal_bounds(const char* chosen, const Interval* q, Interval* J_n) const = 0;
@@ -90,7 +94,11 @@ class CopiesOf final : public ContactCopies {
   int n_local() const override { return n; }
 
   void gap(const double* q, double* f_c) const override {
-    for (const auto& place : places_) local_.gap(gather(place, q).data(), f_c + place.contact);
+    for (std::size_t copy = 0; copy < places_.size(); ++copy) CopiesOf::gap_of(copy, q, f_c);
+  }
+  void gap_of(std::size_t copy, const double* q, double* f_c) const override {
+    const auto& place = places_[copy];
+    local_.gap(gather(place, q).data(), f_c + place.contact);
   }
   void normal_jacobian_of(const char* chosen, const double* q, double* J_n) const override {
     for (const auto& place : places_) {
@@ -106,8 +114,11 @@ class CopiesOf final : public ContactCopies {
     }
   }
   void gap_acceleration_bias(const double* q, const double* v, double* b) const override {
-    for (const auto& place : places_)
-      local_.gap_acceleration_bias(gather(place, q).data(), gather(place, v).data(), b + place.contact);
+    for (std::size_t copy = 0; copy < places_.size(); ++copy) CopiesOf::gap_acceleration_bias_of(copy, q, v, b);
+  }
+  void gap_acceleration_bias_of(std::size_t copy, const double* q, const double* v, double* b) const override {
+    const auto& place = places_[copy];
+    local_.gap_acceleration_bias(gather(place, q).data(), gather(place, v).data(), b + place.contact);
   }
   void gap_bounds(const char* chosen, const Interval* q, Interval* f_c) const override {
     for (const auto& place : places_) {
