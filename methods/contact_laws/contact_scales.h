@@ -29,6 +29,8 @@ class ContactScales {
 
   /// Starts a new run: discards all records.
   void restart();
+  /// Sets delta / (1) of capture_height(). 0: groups are not captured.
+  void set_capture(double relative_height) { relative_height_ = relative_height; }
   /// (1) at the left end of a step of length H. @param is_first  of a run
   void begin_step(const double* q, const double* v, double H, bool is_first);
   /// Records a contact that touches. @param J_n  packed; a curved contact may have other entries than where the run
@@ -53,6 +55,8 @@ class ContactScales {
   /// Largest gap of a contact that its equation keeps closed: rounding accumulates over many steps (StageEquations
   /// removes it from 1e-13 on). A flight that is no higher cannot be followed.
   double nearly_touching(int contact) const { return kClosedGapRounding * gap_[contact]; }
+  /// delta of group_capture.h: bounces of a group that are no higher count as rest [m].
+  double capture_height(int contact) const { return relative_height_ * gap_[contact]; }
   /// The gap that rounding of positions of size 1 + |q| makes, the size that tolerances are relative to. @param J_n  packed
   static double of_positions(const ContactInfo& contact, const double* J_n, const Vector& q) {
     return kGapRounding * packed_terms(contact, J_n + contact.normal_begin, 1 + q.array().abs());
@@ -80,7 +84,7 @@ class ContactScales {
   }
 
   const Problem& problem_;
-  double H_ = 0;
+  double H_ = 0, relative_height_ = 0;
   Vector normal_;                         // |J_n|, packed
   Vector load_;                           // n_q, |w| at the start of the run
   Vector G_nn_, G_tt_;                    // n_c, at the last touch

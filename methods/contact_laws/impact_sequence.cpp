@@ -8,12 +8,16 @@ namespace {
 
 // Impacts at one instant that lose this few of their velocity are not followed to their end.
 constexpr int kMaxImpacts = 10000;
+// A contact that parts faster than that many times the fastest approach is none of S.
+constexpr double kParts = 8;
+// Rates that are left, over the low speed.
+constexpr double kLeft = 8;
 constexpr double kLoad = 1e-9;  // of the approach: what a load that is none changes within the end time
 
 }  // namespace
 
 ImpactSequence::ImpactSequence(const Problem& problem, ContactScales& scales, ImpactSolver& law)
-    : problem_(problem), scales_(scales), law_(law) {
+    : problem_(problem), scales_(scales), law_(law), rest_(problem, scales, law) {
   const ProblemInfo& info = problem.info();
   for (auto* list : {&approaching_, &candidates_, &together_, &may_open_}) list->reserve(info.contacts.size());
   resting_.reserve(info.contacts.size());
@@ -21,6 +25,9 @@ ImpactSequence::ImpactSequence(const Problem& problem, ContactScales& scales, Im
   impulse_t_.setZero(info.n_lambda_t);
   gap_.setZero(info.n_c());
   v_.setZero(info.n_q);
+  v_before_ = v_;
+  group_.reserve(info.contacts.size());
+  is_left_.assign(info.contacts.size(), 0);
 }
 
 void ImpactSequence::find_touching(const Vector& q, const std::vector<ContactMode>* before,
@@ -29,7 +36,7 @@ void ImpactSequence::find_touching(const Vector& q, const std::vector<ContactMod
   candidates_.clear();
   for (const int i : problem_.info().unilateral) {
     const bool was_closed = before && is_closed((*before)[i]);
-    if (!was_closed && gap_[i] > scales_.nearly_touching(i)) continue;
+    if (!was_closed && gap_[i] > std::max(scales_.nearly_touching(i), scales_.capture_height(i))) continue;
     candidates_.push_back(i);
     if (was_closed || gap_[i] <= scales_.touching(i)) touching.push_back(i);
   }
@@ -77,7 +84,7 @@ void ImpactSequence::record_impact(const Eigen::Ref<const Vector>& v) {
 
 /// Whether a contact needs an impulse. An approach that is only rounding of cancelled velocities does not count.
 bool ImpactSequence::approaches(int contact, const Eigen::Ref<const Vector>& v) const {
-  return law_.normal_velocity(contact, v) < -scales_.no_approach(contact);
+  return law_.normal_velocity(contact, v) < -scales_.no_approach(contact) && !is_left_[contact];
 }
 
 /// The contacts of together_ that need an impulse, in approaching_.
@@ -100,7 +107,7 @@ bool ImpactSequence::closes_now(int contact, const Vector& q, const Eigen::Ref<c
 }
 
 bool ImpactSequence::rests(int contact, const Eigen::Ref<const Vector>& v) const {
-  return std::abs(law_.normal_velocity(contact, v)) <= scales_.no_approach(contact);
+  return std::abs(law_.normal_velocity(contact, v)) <= scales_.no_approach(contact) && !is_left_[contact];
 }
 
 /// Adds contacts at rest to together_, unless the load pulls them apart. False when it has no forces.
@@ -171,20 +178,44 @@ ImpactSequence::Outcome ImpactSequence::apply_impacts(const Vector& q, const std
     outcome.result = result;
     return outcome;
   };
-  if (!find_first(q, v, before, touching)) return failed(Result::no_forces);
+  std::ranges::fill(is_left_, 0);
+  bool has_forces = find_first(q, v, before, touching);
+  int followed = most_followed(candidates_.size());
   while (find_approaching(v)) {
     outcome.failed_contact = approaching_.front();
+    if (!has_forces) {
+      if (!is_slow(q, v)) return failed(Result::no_forces);
+      leave_approaching();
+      break;
+    }
+    if (outcome.n_impacts == followed) {
+      if (come_to_rest(q, v, Lambda_n, Lambda_t)) break;
+      if (is_slow(q, v)) {
+        leave_approaching();
+        break;
+      }
+      followed *= 2;
+    }
     if (++outcome.n_impacts > kMaxImpacts) return failed(Result::accumulates);
     impulse_n_.setZero();
     impulse_t_.setZero();
     if (kept_) kept_->push_back({.v_minus = v});
-    if (law_.impact(together_, approaching_, v, impulse_n_, impulse_t_) != LcpStatus::solved)
-      return failed(Result::no_impulse);
+    v_before_ = v;
+    const bool is_solved = law_.impact(together_, approaching_, v, impulse_n_, impulse_t_) == LcpStatus::solved;
+    if (!is_solved && !is_slow(q, v_before_)) return failed(Result::no_impulse);
+    if (!is_solved || leave_wedge(q, v_before_)) {
+      v = v_before_;
+      if (kept_) kept_->pop_back();
+      if (!is_solved) leave_approaching();
+      --outcome.n_impacts;
+      continue;
+    }
     if (kept_) kept_->back() = {kept_->back().v_minus, v, impulse_n_, impulse_t_};
+    if (impulse_n_.isZero(0) && impulse_t_.isZero(0)) break;  // the impact law takes what is left for rounding
     record_impact(v);
     Lambda_n += impulse_n_;
     Lambda_t += impulse_t_;
-    if (!find_next(q, v, Lambda_n, before, touching)) return failed(Result::no_forces);
+    has_forces = find_next(q, v, Lambda_n, before, touching);
   }
   if (outcome.n_impacts == 0) return outcome;
   for (const int i : candidates_) {
@@ -192,6 +223,55 @@ ImpactSequence::Outcome ImpactSequence::apply_impacts(const Vector& q, const std
   }
   std::ranges::sort(touching);
   return outcome;
+}
+
+double ImpactSequence::fastest_approach(const Eigen::Ref<const Vector>& v) const {
+  double fastest = 0;
+  for (const int i : approaching_) fastest = std::max(fastest, -law_.normal_velocity(i, v));
+  return fastest;
+}
+
+/// Takes the contacts of a wedge out of the impacts of this instant. False where there is none.
+bool ImpactSequence::leave_wedge(const Vector& q, const Eigen::Ref<const Vector>& v) {
+  if (together_.size() < 2) return false;
+  const auto& wedge = rest_.find_wedge(together_, impulse_n_);
+  if (wedge.empty() || !(rest_.low_speed(q, v, candidates_) > 0)) return false;
+  for (const int i : wedge) is_left_[i] = 1;
+  std::erase_if(together_, [&](int i) { return is_left_[i] != 0; });
+  return true;
+}
+
+/// Leaves the rates of what still approaches.
+void ImpactSequence::leave_approaching() {
+  for (const int i : approaching_) is_left_[i] = 1;
+}
+
+/// Whether what still approaches may be left.
+bool ImpactSequence::is_slow(const Vector& q, const Eigen::Ref<const Vector>& v) {
+  return fastest_approach(v) <= kLeft * rest_.low_speed(q, v, candidates_);
+}
+
+/// (2)
+bool ImpactSequence::come_to_rest(const Vector& q, Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n,
+                                  Eigen::Ref<Vector> Lambda_t) {
+  const double fastest = fastest_approach(v);
+  group_.clear();
+  for (const int i : candidates_) {
+    const bool takes_part = Lambda_n[i] > 0 || std::ranges::binary_search(together_, i);
+    if (takes_part && law_.normal_velocity(i, v) <= kParts * fastest) group_.push_back(i);
+  }
+  v_ = v;
+  impulse_n_.setZero();
+  impulse_t_.setZero();
+  if (law_.impact(group_, approaching_, v_, impulse_n_, impulse_t_, ImpactSolver::Rebound::none) != LcpStatus::solved ||
+      !rest_.is_explained_by_rates(group_, q, v, v_) || !rest_.find_wedge(group_, impulse_n_).empty())
+    return false;
+  if (kept_) kept_->push_back({v, v_, impulse_n_, impulse_t_});
+  v = v_;
+  record_impact(v);
+  Lambda_n += impulse_n_;
+  Lambda_t += impulse_t_;
+  return true;
 }
 
 bool ImpactSequence::apply_impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {

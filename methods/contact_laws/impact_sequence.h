@@ -3,6 +3,7 @@
 #include <span>
 #include <vector>
 
+#include "methods/contact_laws/group_rest.h"
 #include "methods/contact_laws/impact_solver.h"
 
 namespace ricochet {
@@ -18,6 +19,16 @@ namespace ricochet {
 /// impact, however soon it follows. After the last impact no contact approaches; after infinitely many, the remaining
 /// velocities are rounding and count as rest. The result is the limit of the motion; one impact of all contacts would
 /// be a different motion if one of them is elastic.
+///
+/// Impacts of a group S that ends at rest after infinitely many of them are not followed to their end. The impulses of
+/// v+ = v_k + M^-1 N Lambda are not negative and N' v+ = 0, so that v+ does not depend on k, the order or eps_r:
+///
+///   v+ = argmin |v - v_k|_M  over  N' v >= 0,   N = (J_n^i), i in S                                             (2)
+///
+/// which is (1) once more for all of S with eps_r = 0. It takes the place of the impacts after 16 + 4 n of them at n
+/// contacts, unless v changes by more than the rates r = N' v_k explain (is_explained_by_rates(), group_rest.h): bodies
+/// then pass between others that nearly touch, and the directions that (1) holds would turn. Rates up to the low speed
+/// of group_rest.h are left as they are there.
 class ImpactSequence {
  public:
   /// All references must outlive this object. @param law  prepared by its owner, for candidates() after find_touching()
@@ -42,12 +53,19 @@ class ImpactSequence {
   /// @param before  modes of the contacts before this instant, or null at the start of a run: those that were closed
   /// touch. @param touching  out, ascending
   void find_touching(const Vector& q, const std::vector<ContactMode>* before, std::vector<int>& touching);
+  /// Impacts of n contacts that are followed one by one.
+  static int most_followed(std::size_t n) { return 16 + 4 * static_cast<int>(n); }
   /// Sets the touching contacts if they are known.
   void set_touching(const std::vector<int>& touching) { candidates_ = together_ = touching; }
   /// After find_touching(): adds a contact whose closing has been located.
   void add_touching(int contact, std::vector<int>& touching);
-  /// Contacts that touch, or are apart by no more than rounding of q.
+  /// Contacts that touch, or are apart by no more than rounding of q or the height of group_rest.h.
   const std::vector<int>& candidates() const { return candidates_; }
+  /// Whether a contact takes no part in impacts at this instant, nor closes, as apply_impacts() has left it.
+  bool is_left(int contact) const { return is_left_[static_cast<std::size_t>(contact)] != 0; }
+  /// Their gaps, and what counts as rest of a group of them.
+  const Vector& gaps() const { return gap_; }
+  GroupRest& rest() { return rest_; }
 
   /// Records in the scales the contacts that touch, at velocity v.
   void record_touching(const Eigen::Ref<const Vector>& v);
@@ -72,6 +90,11 @@ class ImpactSequence {
                   const std::vector<int>& touching);
   bool find_next(const Vector& q, const Eigen::Ref<const Vector>& v, const Eigen::Ref<const Vector>& Lambda_n,
                  const std::vector<ContactMode>* before, const std::vector<int>& touching);
+  bool come_to_rest(const Vector& q, Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
+  void leave_approaching();
+  bool leave_wedge(const Vector& q, const Eigen::Ref<const Vector>& v);
+  bool is_slow(const Vector& q, const Eigen::Ref<const Vector>& v);
+  double fastest_approach(const Eigen::Ref<const Vector>& v) const;
   bool add_unless_pulled_apart(const std::vector<int>& contacts, const Vector& q, const Eigen::Ref<const Vector>& v);
 
   const Problem& problem_;
@@ -82,7 +105,10 @@ class ImpactSequence {
   std::vector<int> may_open_;                // contacts at rest, if the load pulls them apart
   std::vector<ImpactSolver::ClosedContact> resting_;
   Vector impulse_n_, impulse_t_;  // impulses of one impact
-  Vector gap_, v_;
+  Vector gap_, v_, v_before_;
+  GroupRest rest_;
+  std::vector<int> group_;
+  std::vector<char> is_left_;  // n_c
   std::vector<Impact>* kept_ = nullptr;
 };
 

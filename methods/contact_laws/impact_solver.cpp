@@ -209,7 +209,7 @@ const Vector& ImpactSolver::impulse_size(std::span<const int> together, const Ei
 }
 
 LcpStatus ImpactSolver::impact(std::span<const int> together, std::span<const int> approaching, Eigen::Ref<Vector> v,
-                               Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
+                               Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t, Rebound rebound) {
   contacts_.assign(together.begin(), together.end());
   operator_.find_islands(contacts_, islands_);
   for (int island = 0; island < islands_.count(); ++island) {
@@ -226,11 +226,12 @@ LcpStatus ImpactSolver::impact(std::span<const int> together, std::span<const in
       size = std::max({size, scales_.approach(i), scales_.slip(i)});
       for (int d = 0; d <= contact.n_t; ++d) {
         const double rate = operator_.dot(i, d, v);
-        if (d == 0) eps_r_[i] = contact.restitution(rate);
+        if (d == 0) eps_r_[i] = rebound == Rebound::none ? 0 : contact.restitution(rate);
         b_[row++] = d == 0 ? (1 + eps_r_[i]) * rate : rate;
       }
     }
-    const bool is_newton = problem_.info().impact_law.hypothesis == ImpactHypothesis::newton;
+    const bool is_newton =
+        rebound == Rebound::none || problem_.info().impact_law.hypothesis == ImpactHypothesis::newton;
     const LcpStatus status = is_newton ? solve_island(ContactScales::kVelocityRounding * size) : solve_stated(v);
     if (status != LcpStatus::solved) return status;
     if (has_bilateral_) operator_.bilateral().impose(v, nullptr, Lambda_n);
@@ -257,12 +258,13 @@ const Vector& ImpactSolver::free_acceleration(const Vector& q, const Vector& v) 
 LcpStatus ImpactSolver::contact_forces(const Vector& q, const Vector& v, std::span<ClosedContact> closed,
                                        Eigen::Ref<Vector> lambda_n, Eigen::Ref<Vector> lambda_t) {
   free_acceleration(q, v);
-  problem_.gap_acceleration_bias(q.data(), v.data(), bias_.data());
+  contacts_.clear();
+  for (const ClosedContact& c : closed) contacts_.push_back(c.contact);
+  problem_.gap_acceleration_bias_of(contacts_, q.data(), v.data(), bias_.data());
+  if (has_bilateral_) problem_.gap_acceleration_bias_of(problem_.info().bilateral, q.data(), v.data(), bias_.data());
   if (has_turning_friction_) problem_.slip_velocity_derivative(q.data(), v.data(), T_.data());
   if (has_bilateral_) operator_.bilateral().impose(w_, bias_.data(), lambda_n);
-  contacts_.clear();
   for (const ClosedContact& c : closed) {
-    contacts_.push_back(c.contact);
     load_size_[c.contact] = normal_velocity_scale(c.contact, w_) + std::abs(bias_[c.contact]);
   }
   operator_.find_islands(contacts_, islands_);

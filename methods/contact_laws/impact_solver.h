@@ -46,12 +46,15 @@ class ImpactSolver {
   /// not positive definite, or bilateral constraints depend on each other.
   bool prepare(const Vector& q, std::span<const int> touching);
 
+  /// What (2) makes of the approach: that of the scene, or eps_r = 0 for all.
+  enum class Rebound : std::uint8_t { of_scene, none };
+
   /// (1)-(3). @param together  contacts of the impact, ascending, among those of prepare()
   /// @param approaching  those of them that need an impulse: islands without one get none
   /// @param v  v- in, v+ out; @param Lambda_n  n_c, @param Lambda_t  n_lambda_t, written for the contacts of the other
   /// islands and bilateral constraints only
   LcpStatus impact(std::span<const int> together, std::span<const int> approaching, Eigen::Ref<Vector> v,
-                   Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
+                   Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t, Rebound rebound = Rebound::of_scene);
 
   /// sum_i |M^-1 J_n^i| Lambda_n^i + |M^-1 J_t^i| |Lambda_t^i|, the velocities that cancel in (1), n_q: a much smaller
   /// velocity after the impact may be their rounding. @param together  as of impact()

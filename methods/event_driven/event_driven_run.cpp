@@ -15,6 +15,7 @@ constexpr double kLanding = 0.01;          // of the tolerance, (2)
 constexpr double kShortest = 1e-14;        // of the end time: what time can resolve
 constexpr double kShortestRefined = 1e-6;  // of the end time: step that becomes shorter for a gap that it nearly closes
 constexpr int kMaxStandstills = 100;       // a few events may coincide
+constexpr int kFewStandstills = 4;         // after which a contact that opens or closes may sink
 constexpr int kMaxLandings = 8;
 constexpr long kMaxSteps = 10'000'000;
 constexpr long kStepsPerMark = 100'000;   // steps between two looks at the progress
@@ -207,7 +208,10 @@ bool EventDrivenRun::leaves_region(double h) {
 /// The last check of the step at hand.
 bool EventDrivenRun::check_step() {
   const Status status = check_(ends_.q0, ends_.q1, ends_.v1, dynamics_.modes());
-  return status == Status::success || stop(status, check_.message());
+  if (status != Status::success) return stop(status, check_.message());
+  const int contact = functions_.sunk(ends_.q1.data());
+  return contact < 0 || stop(Status::infeasible, fmt::format("bodies pass through each other at contact '{}'",
+                                                             info_.contacts[contact].name));
 }
 
 /// A step of length h [s] to the event. @return false where (2) does not come to hold
@@ -215,6 +219,7 @@ bool EventDrivenRun::reach(DetectedEvent& event, double& h) {
   if (!(h > 0)) return true;
   for (int k = 0; k < kMaxLandings; ++k) {
     if (!step_.take(h, nullptr) || !step_.finish()) return false;
+    if (event.level > 0) return true;  // any place near that level does
     const double jerk = (ends_.a1 - ends_.a0).lpNorm<Eigen::Infinity>() / h;
     event.slope = functions_.slope(event, ends_.q1.data(), ends_.v1.data());
     const double dt = -functions_.value(event, ends_.q1.data(), ends_.v1.data()) / event.slope;
@@ -326,11 +331,19 @@ bool EventDrivenRun::change_modes(const DetectedEvent& cause) {
   const auto outcome = mode_change_.decide(cause, is_first ? nullptr : &before_, ends_.q0, ends_.v0, stopped_);
   stopped_.clear();
   if (outcome.status != Status::success) return stop(outcome.status, outcome.message, outcome.reason);
+  if (sensitivity_ && outcome.captures)
+    return stop(Status::infeasible, "no derivatives pass contacts that come to rest as a group");
   if (is_first) {
     for (auto& mode : before_) mode = ContactMode::open;
     solution_.initial_modes = dynamics_.modes();
   }
-  standstills_ = t_ - last_event_ <= kShortest * T_ ? standstills_ + 1 : 0;
+  const bool is_soon = t_ - last_event_ <= kShortest * T_;
+  const bool changes = outcome.has_impact || before_ != dynamics_.modes();
+  const bool stands_still = is_soon && (!changes || standstills_ >= kFewStandstills);
+  if (stands_still && (cause.kind == SwitchKind::gap_closes || cause.kind == SwitchKind::force_vanishes))
+    functions_.let_sink(cause.contact);
+  for (const int i : mode_change_.refused()) functions_.let_sink(i);
+  standstills_ = is_soon ? standstills_ + 1 : 0;
   last_event_ = t_;
   if (standstills_ > kMaxStandstills)
     return stop(Status::step_limit,

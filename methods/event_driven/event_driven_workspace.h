@@ -27,6 +27,8 @@ struct EventDrivenWorkspace {
     if (has_run) counters = {};
     has_run = true;
     scales.restart();
+    scales.set_capture(tolerance);
+    dynamics.start(tolerance);
     functions.start(tolerance);
     step->start(tolerance);
     mode_change.keep_impacts(nullptr);

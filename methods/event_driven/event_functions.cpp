@@ -4,6 +4,7 @@
 #include <cmath>
 #include <limits>
 
+#include "methods/contact_laws/falling_zero.h"
 #include "problems/packed_column.h"
 
 namespace ricochet {
@@ -15,7 +16,9 @@ constexpr int kMaxIterations = 60;
 constexpr double kBegin = 0.125, kOfBegin = 0.01;
 constexpr double kContradicts = 0.01;  // of a force
 constexpr double kNoForce = 1e-8;      // of a force that is as good as none where the cone is reached
+constexpr double kOfOthers = 1e-6;     // of the largest force: what redundant contacts without a load may have
 constexpr int kSamples = 16;           // of functions without bounds, in a step
+constexpr double kSunk = 4;            // heights by which a contact may sink
 constexpr int kMaxHalvings = 50;       // in search of a point after a zero at the left end
 // Speed of slip in space that is left to the run, over the root of the tolerance and the size of slip.
 constexpr double kStop = 0.03;
@@ -55,6 +58,7 @@ EventFunctions::EventFunctions(const Problem& problem, const ContactScales& scal
   const auto n_c = info_.contacts.size();
   functions_.reserve(2 * n_c);
   gap_.setZero(info_.n_c());
+  sinks_.assign(n_c, 0);
   v_stop_ = gap_;
   packed_n_.setZero(info_.n_normal_entries);
   packed_t_.setZero(info_.n_tangent_entries);
@@ -198,9 +202,12 @@ void EventFunctions::begin(const double* q, const double* v) {
 }
 
 int EventFunctions::contradicted() const {
+  double largest = 0;  // of all forces: a contact without a load has their rounding
+  for (const int i : dynamics_.closed()) largest = std::max({largest, scales_.force(i), dynamics_.normal_force(i)});
   for (const Function& f : functions_) {
     const bool is_of_forces = f.kind == SwitchKind::force_vanishes || f.kind == SwitchKind::cone_reached;
-    if (is_of_forces && f.left < -kContradicts * scales_.force(f.contact)) return f.contact;
+    const double allowed = std::max(kContradicts * scales_.force(f.contact), kOfOthers * largest);
+    if (is_of_forces && f.left < -allowed) return f.contact;
   }
   return -1;
 }
@@ -250,6 +257,7 @@ void EventFunctions::advance(const Vector& v) {
     }
     f.left = f.right;
     f.from_zero = f.left <= rounding(f);
+    if (f.kind == SwitchKind::gap_closes && !f.from_zero) sinks_[f.contact] = 0;
   }
 }
 
@@ -276,7 +284,7 @@ double EventFunctions::at(const Function& f, double theta, const StepEnds& ends)
 double EventFunctions::value(const DetectedEvent& event, const double* q, const double* v) {
   switch (event.kind) {
     case SwitchKind::gap_closes:
-      problem_.gap(q, gap_.data());
+      problem_.gap_of({&event.contact, 1}, q, gap_.data());
       break;
     case SwitchKind::force_vanishes:
     case SwitchKind::cone_reached:
@@ -287,7 +295,7 @@ double EventFunctions::value(const DetectedEvent& event, const double* q, const 
     case SwitchKind::edge_left:
       if (curved_tangents_) problem_.tangent_jacobian(q, packed_t_.data());
   }
-  return function({event.kind, event.contact}, v);
+  return function({event.kind, event.contact}, v) + event.level;
 }
 
 double EventFunctions::slope(const DetectedEvent& event, const double* q, const double* v) {
@@ -352,6 +360,7 @@ void EventFunctions::find_closing(const Function& f, const StepEnds& ends, Detec
     double theta = to, height = at_to;
     for (int k = 0; k < kMaxHalvings && height <= rounding_f; ++k) height = at(f, theta *= 0.5, ends);
     if (height <= rounding_f) {
+      if (sinks_[f.contact]) return find_sunk(f, ends, first);
       first = {f.kind, f.contact, 0, at_to / (to * ends.h)};
       return;
     }
@@ -362,6 +371,28 @@ void EventFunctions::find_closing(const Function& f, const StepEnds& ends, Detec
     search(f, from, at_from, to, at_to, ends, first);
   else if (!first || from < first.theta)
     first = {f.kind, f.contact, from, (at_to - at_from) / ((to - from) * ends.h)};
+}
+
+/// Where the gap of a contact that may sink falls to -capture_height(), or by as much if it is negative.
+void EventFunctions::find_sunk(const Function& f, const StepEnds& ends, DetectedEvent& first) {
+  const double level = scales_.capture_height(f.contact) - std::min(f.left, 0.0);
+  const auto closing = gaps_.first_closing(f.contact, {.gap = level, .rounding = rounding(f)});
+  if (!closing) return;
+  const double theta =
+      falling_zero(closing.from, closing.to, [&](double s) { return gaps_.gap(f.contact, s) + level; });
+  if (first && first.theta <= theta) return;
+  const double slope =
+      (gaps_.gap(f.contact, closing.to) - gaps_.gap(f.contact, closing.from)) / ((closing.to - closing.from) * ends.h);
+  first = {.kind = f.kind, .contact = f.contact, .theta = theta, .slope = slope, .level = level};
+}
+
+int EventFunctions::sunk(const double* q) {
+  for (const Function& f : functions_) {
+    if (f.kind != SwitchKind::gap_closes || !sinks_[f.contact]) continue;
+    problem_.gap_of({&f.contact, 1}, q, gap_.data());
+    if (gap_[f.contact] < -kSunk * scales_.capture_height(f.contact)) return f.contact;
+  }
+  return -1;
 }
 
 /// The cheap test: the gap of an affine contact is (1) of step_ends.h, too.

@@ -19,6 +19,7 @@ struct DetectedEvent {
   int contact = -1;  ///< -1: no event
   double theta = 1;  ///< part of the step at which it does
   double slope = 0;  ///< of the function there [1/s]
+  double level = 0;  ///< of a gap: how far below zero it has fallen [m]
   /// Time below zero if neither the ends of the step nor its stages show that the function is negative; else 0
   double duration = 0;  ///< [s]
 
@@ -63,6 +64,12 @@ class EventFunctions {
   /// A contact whose force contradicts its mode at the left end: it pulls, or sticks outside its cone, by more than a
   /// flight below rounding can cause. -1: none.
   int contradicted() const;
+
+  /// Lets the gap of an open contact fall to -capture_height() before it is a closing, until it is above zero again: an
+  /// event at zero would change nothing.
+  void let_sink(int contact) { sinks_[contact] = 1; }
+  /// An open contact whose gap at q is below -4 capture_height(); -1: none. Only those that may sink get there.
+  int sunk(const double* q);
 
   /// Before the stages of a step.
   void begin_step() { lowest_stage_ = 2; }
@@ -119,6 +126,7 @@ class EventFunctions {
   void search(const Function& f, double from, double value_from, double to, double value_to, const StepEnds& ends,
               DetectedEvent& first);
   void find_closing(const Function& f, const StepEnds& ends, DetectedEvent& first);
+  void find_sunk(const Function& f, const StepEnds& ends, DetectedEvent& first);
   bool stays_open(const Function& f, const StepEnds& ends) const;
   void list_loads(const double* q, const double* v);
   void find_hidden(const StepEnds& ends, DetectedEvent& first);
@@ -147,6 +155,7 @@ class EventFunctions {
   Vector path_error_;
   bool is_exact_ = true;
   double lowest_stage_ = 2;  // c of the first stage with a negative force, above 1: none
+  std::vector<char> sinks_;  // n_c
   Vector gap_, packed_n_, packed_t_;
   Vector direction_, v_stop_;  // n_lambda_t, n_c
   Vector q_, v_, a_;

@@ -38,6 +38,7 @@ class ModeChange {
     std::string message;
     FailureReason reason;
     bool has_impact = false;
+    bool captures = false;  ///< a group came to rest (group_rest.h)
   };
 
   /// After it: dynamics with the new modes, (q, v) with v+. @param modes  before; null at the start of a run
@@ -45,6 +46,9 @@ class ModeChange {
   Outcome decide(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Vector& q, Vector& v,
                  const std::vector<int>& stopped);
 
+  /// Open contacts that the next closing must not be of, before they have sunk by capture_height(): group_rest.h has
+  /// refused their group.
+  const std::vector<int>& refused() const { return refused_; }
   /// See ImpactSequence.
   void keep_impacts(std::vector<ImpactSequence::Impact>* impacts) { impacts_.keep_impacts(impacts); }
 
@@ -54,6 +58,17 @@ class ModeChange {
   const std::vector<int>& beginning() const { return beginning_; }
 
  private:
+  Outcome failed(Status status, FailureCode code, const std::string& what, int contact) const;
+  bool is_followed_enough(const DetectedEvent& cause);
+  bool find_group(const Vector& q, const Vector& v);
+  bool is_slow(int contact, const Vector& v) const;
+  bool drop_high_bounces(const Vector& q, const Vector& v);
+  bool move_to_rest(const std::vector<ContactMode>* before, Vector& q, Vector& v);
+  bool add_approaching(const Vector& v);
+  bool leave_wedge();
+  bool capture(const std::vector<ContactMode>* before, Vector& q, Vector& v);
+  Outcome close(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Outcome outcome, Vector& q,
+                Vector& v, const std::vector<int>& stopped);
   void set_closed(const DetectedEvent& cause, const std::vector<ContactMode>* modes, const Vector& q, const Vector& v,
                   const std::vector<int>& stopped);
   bool is_low(int contact, const Vector& q, const Vector& v_minus);
@@ -67,11 +82,14 @@ class ModeChange {
   ModeDynamics& dynamics_;
   ImpactSolver law_;
   ImpactSequence impacts_;
-  std::vector<int> touching_, beginning_;
-  std::vector<ContactMode> modes_;
+  std::vector<int> touching_, beginning_, group_, refused_;
+  double low_speed_ = 0;  // of group_
+  std::vector<ContactMode> modes_, held_;
+  std::vector<int> low_bounces_;  // n_c
   std::vector<ContactAfterImpact> after_;
   std::vector<ImpactSolver::ClosedContact> closed_;
   Vector Lambda_n_, Lambda_t_, lambda_n_, lambda_t_, v_minus_, bias_, gap_acceleration_;
+  Vector q_before_, v_before_;  // the group
 };
 
 }  // namespace ricochet

@@ -11,8 +11,6 @@ namespace {
 
 // A pivot of D, as a part of its diagonal entry, that is rounding: of redundant contacts, not of different masses.
 constexpr double kDependent = 1e-11;
-// Largest residual of (2) in redundant rows, relative to its terms.
-constexpr double kConsistent = 1e-9;
 // Coordinates up to which P is formed.
 constexpr Eigen::Index kFewCoordinates = 16;
 // Step of difference quotients, relative to 1 + |x|: the square root of rounding.
@@ -147,7 +145,7 @@ bool ModeDynamics::solve_rows(const double* a) {
                size = b.cwiseAbs() + scale.cwiseProduct(rates_.head(n).cwiseAbs());
   const Vector law = law_.head(n).cwiseQuotient(scale), x = law + least_squares(A, b - A * law);
   lambda_.head(n) = scale.cwiseProduct(x);
-  return (A * x - b).cwiseAbs().maxCoeff() <= kConsistent * size.maxCoeff();
+  return (A * x - b).cwiseAbs().maxCoeff() <= consistent_ * size.maxCoeff();
 }
 
 /// a from f_.

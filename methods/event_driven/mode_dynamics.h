@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <span>
 #include <vector>
 
@@ -31,6 +32,9 @@ namespace ricochet {
 class ModeDynamics {
  public:
   ModeDynamics(const Problem& problem, Counters& counters);
+  /// Before a run. Redundant rows of (2) may differ by this part of their terms: what an acceleration moves in any time
+  /// is wrong by no more than that part. @param tolerance  of the integration
+  void start(double tolerance) { consistent_ = std::max(kConsistent, tolerance); }
 
   /// Message of a run that ends where accelerate() or project() fails.
   static constexpr const char* kUndetermined = "the contact forces do not determine the motion";
@@ -96,6 +100,8 @@ class ModeDynamics {
   bool project(double* q, double* v);
 
  private:
+  // Largest residual of (2) in redundant rows, relative to its terms.
+  static constexpr double kConsistent = 1e-9;
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   /// (4); (4) for many coordinates, P = M^-1 + M^-1 C L without forming it; (3)
   enum class Kind : std::uint8_t { map, factors, general };
@@ -127,6 +133,7 @@ class ModeDynamics {
   const bool constant_mass_;
   Kind kind_ = Kind::general;
   int mode_changes_ = 0;
+  double consistent_ = kConsistent;
   ModeRows rows_;
   Matrix P_;
   RowMatrix L_;  // (4)

@@ -1,0 +1,83 @@
+#include "methods/contact_laws/group_rest.h"
+
+#include <algorithm>
+#include <cmath>
+
+namespace ricochet {
+namespace {
+
+constexpr double kExplained = 16;                 // of (3)
+constexpr double kWedge = 1e-3, kOfWedge = 0.01;  // of (4)
+
+}  // namespace
+
+GroupRest::GroupRest(const Problem& problem, const ContactScales& scales, ImpactSolver& law)
+    : problem_(problem), scales_(scales), law_(law) {
+  for (auto* x : {&change_, &v_}) x->setZero(problem.n_q());
+  wedge_.reserve(problem.info().contacts.size());
+}
+
+double GroupRest::low_speed(const Vector& q, const Eigen::Ref<const Vector>& v, std::span<const int> contacts) {
+  double height = 0, load = 0;
+  for (const int i : contacts) height = std::max(height, scales_.capture_height(i));
+  if (!(height > 0)) return 0;
+  v_ = v;
+  const Vector& w = law_.free_acceleration(q, v_);
+  for (const int i : contacts) load = std::max(load, law_.normal_velocity_scale(i, w));
+  return std::sqrt(2 * load * height);
+}
+
+/// change' M change, M where the last call of ImpactSolver::prepare() was.
+double GroupRest::energy(const Vector& q) {
+  if (M_.size() == 0) M_.resize(problem_.n_q(), problem_.n_q());
+  problem_.mass_matrix(q.data(), M_.data());
+  return change_.dot(M_ * change_);
+}
+
+bool GroupRest::is_explained_by_rates(std::span<const int> group, const Vector& q, const Eigen::Ref<const Vector>& v,
+                                      const Eigen::Ref<const Vector>& v_plus) {
+  double size = 0;
+  for (const int i : group) {
+    const double rate = law_.normal_velocity(i, v);
+    size += rate * rate / law_.normal_delassus(i);
+  }
+  change_ = v_plus - v;
+  return is_explained(energy(q), size, group.size());
+}
+
+bool GroupRest::is_explained_by_gaps(std::span<const int> group, const Vector& gap, const Vector& q,
+                                     const Vector& q_moved) {
+  double size = 0;
+  for (const int i : group) size += gap[i] * gap[i] / law_.normal_delassus(i);
+  change_ = q_moved - q;
+  return is_explained(energy(q), size, group.size());
+}
+
+const std::vector<int>& GroupRest::find_wedge(std::span<const int> contacts, const Vector& lambda_n) {
+  const auto size = [&](int i) {
+    const double* J_n = law_.normal(i);
+    double largest = 0;
+    for (std::size_t s = 0; s < law_.contact(i).support.size(); ++s) largest = std::max(largest, std::abs(J_n[s]));
+    return lambda_n[i] * largest;
+  };
+  double largest = 0;
+  for (const int i : contacts) largest = std::max(largest, size(i));
+  wedge_.clear();
+  change_.setZero();
+  for (const int i : contacts) {
+    if (!(size(i) > kOfWedge * largest)) continue;
+    wedge_.push_back(i);
+    const double* J_n = law_.normal(i);
+    for (const int k : law_.contact(i).support) change_[k] += lambda_n[i] * *J_n++;
+  }
+  if (change_.lpNorm<Eigen::Infinity>() >= kWedge * largest) wedge_.clear();
+  return wedge_;
+}
+
+/// (3)
+bool GroupRest::is_explained(double energy, double of_group, std::size_t n) const {
+  const auto count = static_cast<double>(n);
+  return energy <= kExplained * count * count * of_group;
+}
+
+}  // namespace ricochet

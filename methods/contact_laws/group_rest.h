@@ -1,0 +1,61 @@
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "methods/contact_laws/contact_scales.h"
+#include "methods/contact_laws/impact_solver.h"
+#include "problems/problem.h"
+
+namespace ricochet {
+
+/// What counts as rest of a group of contacts. Bodies that settle together hit each other infinitely often in a finite
+/// time, at several contacts S, each time lower. With the height delta = ContactScales::capture_height() the bounces end
+/// where
+///
+///   gap_i <= delta,   |r_i| <= v_low = sqrt(2 |a| delta),   r_i = J_n^i' v                                  (1)
+///   r_i^2 <= 2 lambda_i G_ii delta                                                                        (2)
+///
+/// for all i of S: a the acceleration of the load, lambda the forces of all contacts of S if they are closed, and
+/// G = N' M^-1 N, N = (J_n^i). Then all are closed, and q and v are moved to where no gap and no rate is left. What
+/// follows is within delta of the motion: if all of S come to rest, v+ is unique (impact_sequence.h (2)).
+///
+/// Where contacts nearly depend on each other, as those of a disc between two others that nearly touch, small rates r
+/// and gaps g may belong to large velocities, and the bodies are not at rest. A change of state (dq, dv) is explained by
+/// them if
+///
+///   dv' M dv <= 16 n^2 sum_i r_i^2 / G_ii,    dq' M dq <= 16 n^2 sum_i g_i^2 / G_ii,     i = 1, .., n       (3)
+///
+/// For a chain of n equal bodies the largest ratio of both sides is of the order of n^2, for a wedge of inclination s it
+/// is 1 / s^2. Forces or impulses that hold bodies in such a wedge are 1 / s times what they do: with W those contacts
+/// whose lambda_i |J_n^i| is at least a hundredth of the largest,
+///
+///   | sum over W of lambda_i J_n^i | < max_i lambda_i |J_n^i| / 1000                                          (4)
+class GroupRest {
+ public:
+  /// All references must outlive this object. @param law  prepared by its owner
+  GroupRest(const Problem& problem, const ContactScales& scales, ImpactSolver& law);
+
+  /// v_low of (1) [m/s]; 0 where nothing is captured. @param contacts  those that may be captured
+  double low_speed(const Vector& q, const Eigen::Ref<const Vector>& v, std::span<const int> contacts);
+  /// (3) for a velocity that an impact of the group changes from v to v_plus.
+  bool is_explained_by_rates(std::span<const int> group, const Vector& q, const Eigen::Ref<const Vector>& v,
+                             const Eigen::Ref<const Vector>& v_plus);
+  /// W of (4) among these contacts, empty where (4) does not hold.
+  const std::vector<int>& find_wedge(std::span<const int> contacts, const Vector& lambda_n);
+  /// (3) for positions q and q_moved. @param gap  n_c, at q
+  bool is_explained_by_gaps(std::span<const int> group, const Vector& gap, const Vector& q, const Vector& q_moved);
+
+ private:
+  double energy(const Vector& q);
+  bool is_explained(double energy, double of_group, std::size_t n) const;
+
+  const Problem& problem_;
+  const ContactScales& scales_;
+  ImpactSolver& law_;
+  Vector change_, v_;
+  std::vector<int> wedge_;
+  Matrix M_;
+};
+
+}  // namespace ricochet
