@@ -78,7 +78,6 @@ bool ElementStartSolver::force_jumps(int contact) {
   return jumps_[island_of(contact)];
 }
 
-/// Mode of a closed contact that stays closed whatever the load.
 ContactMode ElementStartSolver::continued_mode(const ImpactSolver::ClosedContact& closed) const {
   const int n_t = problem_.info().contacts[closed.contact].n_t;
   if (n_t > 0 && !closed.slides) return ContactMode::stick;

@@ -25,7 +25,8 @@ struct ElementStart {
     int facet = 0, predicted_facet = 0;
     ImpactSolver::ClosedContact closed{};  ///< of a contact that bounced: how it would be closed
     bool is_struck = false;                ///< it bounced by an impulse of its own
-    bool bounced() const { return predicted == ContactMode::open; }
+    bool is_pulled = false;                ///< it has not bounced: the load opens it
+    bool bounced() const { return predicted == ContactMode::open; }  ///< or the load opens it
   };
   /// A contact on a polygon that slips normal to an edge, whatever its mode.
   struct OnEdge {
@@ -95,6 +96,9 @@ class ElementStartSolver {
   /// start stay. @param closed_instead  set of alternatives, of contacts that bounced
   Result close_instead(const LeftEnd& at, unsigned closed_instead);
 
+  /// Mode of a closed contact that stays closed whatever the load.
+  ContactMode continued_mode(const ImpactSolver::ClosedContact& closed) const;
+
   /// Continues the modes of the element before without a switch. A contact that bounced and was closed instead may come
   /// back where the tableau has no stage at the right end, and then needs an impulse. False when there is none.
   bool continue_modes(FesdStep& step, int element, ElementStart& start);
@@ -120,7 +124,6 @@ class ElementStartSolver {
   void offer_break(const LeftEnd& at, const ImpactSolver::ClosedContact& closed, ContactMode mode, bool rested) const;
   void offer_slip_or_stick(const LeftEnd& at, const ImpactSolver::ClosedContact& closed, ContactMode mode) const;
   void keep_forces(const Element& left, ElementStart& start);
-  ContactMode continued_mode(const ImpactSolver::ClosedContact& closed) const;
   void set_facet(const Element& element, const Switch& end, ImpactSolver::ClosedContact& closed);
   bool is_paradox(const ImpactSolver::ClosedContact& closed) const;
 

@@ -226,11 +226,10 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
   if (count == 0) return false;
   buffers_.make_room(std::min(element + count + 1, capacity_));
   if (!begin_element(element)) return false;  // (a)
-  const unsigned n_combinations = combinations(buffers_.start_of(element).alternatives);
   bool is_right = false;  // the prediction of the modes: where elements can be added, only bounces may still be closed
   unsigned trial = 0, n_counted = 0,
            not_closed = elastic_bounces(buffers_.start_of(element).alternatives, problem_.info());
-  while (n_counted < n_combinations) {
+  while (n_counted < combinations(buffers_.start_of(element).alternatives)) {
     Attempt attempt;
     if ((trial & not_closed) != 0) {
       attempt.outcome = Outcome::refuted;
@@ -299,7 +298,8 @@ PivotingSolver::Attempt PivotingSolver::run_and_continue(int element, int m, int
                                                          double remaining) {
   if (!runs_.run_to_switch(element, m, violation, remaining, budget_)) return {Outcome::refuted};
   // Closing stops a bounce that cannot be seen.
-  const int flight = tableau_.is_stiffly_accurate() ? first_unresolved_flight(element, m) : -1;
+  int flight = tableau_.is_stiffly_accurate() ? first_unresolved_flight(element, m) : -1;
+  if (flight < 0 && options_.as_needed) flight = offer_to_stay(element, m);
   if (flight >= 0) return {Outcome::flight_unresolved, flight};
   return {continue_after(element, m, remaining, count) ? Outcome::solved : Outcome::reached_the_switch};
 }
@@ -369,7 +369,8 @@ bool PivotingSolver::propose_modes(int element, unsigned trial) {
   Element& stages = buffers_.element(element);
   const auto n = std::min(start.alternatives.size(), kMaxAlternatives);
   unsigned closed_instead = 0;
-  for (std::size_t k = 0; k < n; ++k) closed_instead |= start.alternatives[k].bounced() ? trial & 1U << k : 0;
+  for (std::size_t k = 0; k < n; ++k)
+    closed_instead |= start.alternatives[k].bounced() && !start.alternatives[k].is_pulled ? trial & 1U << k : 0;
   if ((closed_instead != 0 || start.closed_instead != 0) &&
       start_solver_.close_instead(left_end(element), closed_instead) != ElementStartSolver::Result::done)
     return false;
@@ -397,6 +398,34 @@ int PivotingSolver::first_unresolved_flight(int first, int count) const {
            0.25 * alternative.v_n * count * flight.h <= scales_.touching(i);
   });
   return found == alternatives.end() ? -1 : static_cast<int>(found - alternatives.begin());
+}
+
+/// The `count` elements are the flight of a contact that the load opened, not a bounce, and that closes before its gap is
+/// more than rounding: the load of an instant says open, and the stages of an element, which see what comes after it,
+/// penetrate. That it stays closed becomes an alternative. @return its number, or -1
+int PivotingSolver::offer_to_stay(int first, int count) {
+  ElementStart& start = buffers_.start_of(first);
+  const Switch& end = step().ends[first + count - 1];
+  const int i = end.contact;
+  const auto closed = std::ranges::find(start.closed, i, &ImpactSolver::ClosedContact::contact);
+  if (end.kind != SwitchKind::gap_closes || closed == start.closed.end()) return -1;
+  if (is_closed(buffers_.element(first).modes[i]) || start.alternatives.size() >= kMaxAlternatives) return -1;
+  for (int k = first; k < first + count; ++k) {
+    const Element& flight = buffers_.element(k);
+    for (Eigen::Index j = 0; j < flight.q.cols(); ++j) {
+      if (problem_.gap(flight.q.col(j))[i] > scales_.nearly_touching(i)) return -1;
+    }
+  }
+  const auto offered = std::ranges::find_if(start.alternatives,
+                                            [&](const auto& other) { return other.contact == i && other.is_pulled; });
+  const auto number = static_cast<int>(offered - start.alternatives.begin());
+  if (offered == start.alternatives.end())
+    start.alternatives.push_back({.contact = i,
+                                  .mode = start_solver_.continued_mode(*closed),
+                                  .facet = closed->facet,
+                                  .closed = *closed,
+                                  .is_pulled = true});
+  return number;
 }
 
 bool PivotingSolver::more_elements_may_help() const {

@@ -133,6 +133,7 @@ class PivotingSolver {
   bool split_unpinned(int element, int m, int count, const Violation& violation, double remaining);
   bool continue_after(int element, int m, double remaining, int elements_left);
   int first_unresolved_flight(int first, int count) const;
+  int offer_to_stay(int first, int count);
 
   const Problem& problem_;
   const ButcherTableau tableau_;
