@@ -246,7 +246,7 @@ TEST(LinearisedInterval, GoesAlongCurvedContacts) {
       *make_control_problem("discs"), 20, 1e-6, [](const Sequence& s) { return s.impacts >= 1; }, 1e-4);
 }
 
-// A fall from a height that ends with the first interval; the derivative is that of an impact a little before.
+// A fall from a height that ends with the first interval; the control is the same after it.
 TEST(LinearisedInterval, GoesThroughAnImpactOnABoundary) {
   const auto problem = lifted_mass({{"height", 1.25}}, 2);  // 10 t^2 / 2 at 0.5 s
   PlantRunner runner(*problem, tableau_argument(problem->tableau));
@@ -304,6 +304,34 @@ long double closed_form(long double u_1, long double u_2, long double height, lo
   const long double s = (v + std::sqrt(v * v + 2 * b * q)) / b, after = e * (b * s - v), rest = 0.5L - s;
   const long double end = after * rest - b * rest * rest / 2, speed = after - b * rest;
   return 10 * (end - 0.5L) * (end - 0.5L) + 0.1L * speed * speed + 0.1L * (u_1 * u_1 + u_2 * u_2) / 2;
+}
+
+// Where an impact is on the boundary of two intervals with different controls, J has a kink. Its slopes there are those of
+// an impact a little after the boundary, with the running cost of the time up to it, and the guard keeps the impact there.
+TEST(ShootingProgram, HasTheSlopesOfAnImpactAfterABoundary) {
+  const auto problem = lifted_mass({{"height", 1.0}}, 2);
+  PlantRunner runner(*problem, tableau_argument(problem->tableau));
+  PlantMotion motion;
+  runner.run(problem->plant->info().q0, problem->plant->info().v0, Matrix{{2, -3}}, 0.5, motion);
+  ASSERT_TRUE(motion.succeeded());
+  ASSERT_GT(motion.steps[1].Lambda_n(0, 0), 0) << "the impact is at the start of the second interval";
+  MotionLineariser lineariser(runner);
+  ASSERT_EQ(lineariser.linearise(motion), "");
+  ShootingProgram program(runner);
+  program.set(motion, lineariser);
+  const Matrix slopes = program.gradient().u;
+  const auto J = [](long double a, long double b) { return closed_form(a, b, 1, 0.5L); };
+  const long double h = 1e-5L;  // the closed form is smooth on both sides of the boundary
+  EXPECT_NEAR(slopes(0, 0), static_cast<double>((J(2 + h, -3) - J(2 - h, -3)) / (2 * h)), 1e-8);
+  EXPECT_NEAR(slopes(0, 1), static_cast<double>((J(2, -3 + h) - J(2, -3 - h)) / (2 * h)), 1e-8);
+  program.add_guards(motion, lineariser);
+  int n_at_boundary = 0;
+  for (const Guard& guard : program.guards()) {
+    if (guard.kind != Guard::Kind::gap || guard.interval != 0 || std::abs(guard.value) > 1e-9) continue;
+    ++n_at_boundary;
+    EXPECT_NEAR(program.gradient(guard.interval, guard.slope).u(0, 0), 0.125, 1e-10) << "less load, later impact";
+  }
+  EXPECT_EQ(n_at_boundary, 1);
 }
 
 TEST(Shooting, FindsAnOptimumInClosedForm) {

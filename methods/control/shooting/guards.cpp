@@ -21,11 +21,7 @@ class GuardCollector {
         k_(k),
         interval_(interval),
         n_theta_(interval.x.cols()),
-        guards_(guards) {
-    const auto next = static_cast<std::size_t>(k) + 1;
-    if (next < motion.steps.size() && step_.ends[static_cast<std::size_t>(step_.n_elements) - 1].contact < 0)
-      switch_at_end_ = Sensitivity::switch_at_start(step_.last().modes, motion.steps[next]);
-  }
+        guards_(guards) {}
 
   void collect() {
     for (int n = 0; n < step_.n_elements; ++n) {
@@ -38,12 +34,6 @@ class GuardCollector {
   }
 
  private:
-  /// -1 for the function of a switch at the end of the interval, else 1.
-  double sign(int n, int j, int contact) const {
-    const bool is_end = n == step_.n_elements - 1 && j == step_.elements[n].q.cols() - 1;
-    return is_end && contact == switch_at_end_ ? -1 : 1;
-  }
-
   void add(Guard::Kind kind, int n, int j, int contact, double value, const Eigen::RowVectorXd& slope, double size) {
     if (!slope.allFinite() || slope.lpNorm<Eigen::Infinity>() <= kNoSlope * size) return;
     guards_.push_back({kind, k_, n, j, contact, value, slope});
@@ -88,8 +78,7 @@ class GuardCollector {
       const ContactMode mode = e.modes[i];
       if (!is_closed(mode)) {
         if (is_switch(n, j, SwitchKind::gap_closes, i)) continue;
-        const double side = sign(n, j, i);
-        add(Guard::Kind::gap, n, j, i, side * gap[i], side * J_n.col(i).transpose() * dq, dq_size);
+        add(Guard::Kind::gap, n, j, i, gap[i], J_n.col(i).transpose() * dq, dq_size);
         continue;
       }
       if (!is_switch(n, j, SwitchKind::force_vanishes, i))
@@ -108,8 +97,7 @@ class GuardCollector {
       Vector direction = contact.n_t == 1 ? Vector::Constant(1, slip_sign(mode)) : Vector(s / speed);
       if (!direction.allFinite()) continue;  // slip in space at rest: its direction is that of the force
       const Matrix ds = T.middleRows(t, contact.n_t) * dq + J_t.middleCols(t, contact.n_t).transpose() * dv;
-      const double side = sign(n, j, i);
-      add(Guard::Kind::slip, n, j, i, side * direction.dot(s), side * direction.transpose() * ds, dv_size);
+      add(Guard::Kind::slip, n, j, i, direction.dot(s), direction.transpose() * ds, dv_size);
     }
   }
 
@@ -121,9 +109,6 @@ class GuardCollector {
   const LinearisedInterval& interval_;
   const Eigen::Index n_theta_;
   std::vector<Guard>& guards_;
-  // Contact whose switch falls on the end of the interval. The derivatives are those of a switch a little before, (6) of
-  // sensitivity.h, so its function does not get positive there.
-  int switch_at_end_ = -1;
 };
 
 }  // namespace

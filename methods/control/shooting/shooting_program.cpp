@@ -88,6 +88,19 @@ void ShootingProgram::add_stage(const Element& e, const Sensitivity::ElementDeri
   all.d.conservativeResize(used);
 }
 
+/// The running cost of the time up to a switch at the start of interval k. It has no element there, but a length that
+/// changes with theta, (6) of sensitivity.h: by what the lengths of the elements leave of H.
+void ShootingProgram::add_cost_before_switch(const PlantMotion& motion, const LinearisedInterval& interval,
+                                             std::size_t k, HorizonStage& stage) {
+  Eigen::RowVectorXd length = Eigen::RowVectorXd::Unit(n_theta_, n_theta_ - 1);
+  for (int n = 0; n < motion.steps[k].n_elements; ++n)
+    length -= interval.elements[static_cast<std::size_t>(n)].h.transpose();
+  point_.head(2 * n_q_) = motion.x.col(static_cast<Eigen::Index>(k));
+  double L = 0;
+  problem_.running_cost.evaluate(point_.data(), &L);
+  stage.g += L * by_z(length);
+}
+
 void ShootingProgram::set_H_bounds(double lower, double upper) {
   H_lower_ = lower;
   H_upper_ = upper;
@@ -134,6 +147,7 @@ void ShootingProgram::set(const PlantMotion& motion, const MotionLineariser& lin
       for (int j = 0; j < runner_.tableau().n_s; ++j)
         add_stage(step.elements[n], interval.elements[static_cast<std::size_t>(n)], j, stage, rows);
     }
+    add_cost_before_switch(motion, interval, k, stage);
     slack_at_0_ += (-rows.d).cwiseMax(0).sum();
     rows.n_constraints = rows.d.size();
     rows.correction.setZero(rows.d.size());
@@ -345,6 +359,16 @@ ShootingProgram::Slacks ShootingProgram::sums(const HorizonQpSolution& solution)
 
 double ShootingProgram::predicted_decrease(const HorizonQpSolution& solution) const {
   return nu_ * slack_at_0_ - solution.cost - solution.penalty + guard_weight_ * sums(solution).guards;
+}
+
+double ShootingProgram::largest_multiplier(const HorizonQpSolution& solution) const {
+  double largest = solution.y_E.size() > 0 ? solution.y_E.lpNorm<Eigen::Infinity>() : 0;
+  for (std::size_t k = 0; k < rows_.size(); ++k) {
+    const Eigen::Index n =
+        std::count(rows_[k].is_used.begin(), rows_[k].is_used.begin() + rows_[k].n_constraints, char{1});
+    if (n > 0) largest = std::max(largest, solution.y[k].head(n).maxCoeff());
+  }
+  return largest;
 }
 
 double ShootingProgram::step_size(const HorizonQpSolution& solution) const {

@@ -63,6 +63,8 @@ class ShootingProgram {
   /// Slacks of (2) in the solution, and at z = 0.
   double slack(const HorizonQpSolution& solution) const { return sums(solution).constraints; }
   double slack() const { return slack_at_0_; }
+  /// The largest multiplier of (2).
+  double largest_multiplier(const HorizonQpSolution& solution) const;
   /// The largest change of a control, relative to s; of H, relative to its own range.
   double step_size(const HorizonQpSolution& solution) const;
   /// Gradient of the cost, without constraints, by all controls, n_u x N, and by H.
@@ -103,6 +105,8 @@ class ShootingProgram {
   };
   void add_stage(const Element& e, const Sensitivity::ElementDerivatives& derivatives, int j, HorizonStage& stage,
                  Rows& rows);
+  void add_cost_before_switch(const PlantMotion& motion, const LinearisedInterval& interval, std::size_t k,
+                              HorizonStage& stage);
   void set_end(const PlantMotion& motion);
   void learn(const PlantMotion& motion, const std::vector<HorizonStage>& before);
   struct Slacks {
