@@ -25,6 +25,10 @@ constexpr double kNoDecrease = 1e-15, kShrinking = 0.9;
 /// trust region and that a step has to bring (Byrd, Nocedal, Waltz, Steering exact penalty methods for nonlinear
 /// programming, Optim. Methods Softw. 23, 2008: both rules).
 constexpr double kLargestNu = 1e6, kNoSlack = 1e-7, kSteered = 0.1;
+/// nu is lowered to the first multiple of the largest multiplier where it is above the second one; so many times at most,
+/// so that a merit which goes up and down does not keep an iteration going.
+constexpr double kEnoughNu = 10, kTooLargeNu = 100;
+constexpr int kMaxLowered = 10;
 /// Tolerances of the quadratic program, the second one after steps up to this size: terms of one stage are often 1e5 times
 /// as large as the gradient by a control.
 constexpr double kTolerance = 1e-9, kLastTolerance = 1e-12, kNearEnd = 1e-5;
@@ -95,7 +99,7 @@ bool Shooting::begin(const Matrix& u, double T) {
   runner_.run(info.q0, info.v0, problem_.u.clamp(u), time / static_cast<double>(N), motion_);
   gains_.clear();
   restart();
-  nu_ = 1 + std::abs(motion_.cost);
+  nu_ = first_nu_ = 1 + std::abs(motion_.cost);
   return motion_.succeeded();
 }
 
@@ -107,9 +111,18 @@ void Shooting::restart() {
   is_examined_ = false;
   retreat_ = 0;
   next_retreat_ = 0;
+  lowered_ = 0;
   last_size_ = std::numeric_limits<double>::infinity();
   Delta_ = options_.Delta;
   is_linearised_ = false;
+}
+
+/// @param step  that was accepted
+void Shooting::lower_nu(const HorizonQpSolution& step) {
+  const double needed = std::max(first_nu_, program_.largest_multiplier(step));
+  if (nu_ <= kTooLargeNu * needed || lowered_ >= kMaxLowered) return;
+  nu_ = kEnoughNu * needed;
+  ++lowered_;
 }
 
 /// Runs (2). @param actual  decrease of (3). @return whether it is accepted
@@ -202,6 +215,7 @@ Shooting::Outcome Shooting::iterate(ShootingIteration& report) {
         report.same_sequence = !left;
         if (actual > kGood * predicted && size > 0.9 * Delta_) Delta_ = std::min(2 * Delta_, kLargestDelta);
         if (actual < kBad * predicted) Delta_ = std::max(0.5 * size, kSmallestDelta);
+        if (program_.slack(*step) <= kNoSlack) lower_nu(*step);
         std::swap(motion_, trial_);
         return Outcome::accepted;
       }

@@ -51,7 +51,8 @@ struct ShootingIteration {
 /// falls by a hundredth of what the program predicts; otherwise the trust region shrinks. Where curved constraints spoil
 /// a step, it is corrected to second order. A refused step that left the sequence is tried again with the guards of that
 /// sequence (guards.h) as constraints. nu grows tenfold while the program leaves a violation that a larger one would
-/// remove.
+/// remove, and falls a few times where it is far above all multipliers: a large nu makes steps along curved constraints
+/// short.
 ///
 /// Where no step is left, the end is examined (certificate.h): a neighbouring piece of J in which it descends is where the
 /// iteration goes on. A motion that fails is a refused step. Results are local.
@@ -94,6 +95,7 @@ class Shooting {
   bool descend(const Certificate& certificate);
   bool try_direction(const Matrix& d, double d_H, double t, double slope);
   bool retreat(const Progress& progress);
+  void lower_nu(const HorizonQpSolution& step);
   bool try_step(const HorizonQpSolution& step, bool has_feedback, double predicted, PlantMotion& trial, double& actual);
   static double violation(const PlantMotion& motion);
   double merit(const PlantMotion& motion) const;
@@ -109,6 +111,8 @@ class Shooting {
   double start_ = 0;  // [s] of the clock
   PlantMotion motion_, trial_, corrected_;
   double nu_ = 1, Delta_ = 1;
+  double first_nu_ = 1;
+  int lowered_ = 0;  // times that nu_ has fallen
   bool is_linearised_ = false;
   std::vector<Matrix> gains_;  // K of the last step; empty before it
   // Of the last iteration.
