@@ -79,11 +79,11 @@ ExplorationResult explore(const OptimalControlProblem& problem, const ButcherTab
   Matrix mean = problem.guess(static_cast<int>(K)), spread = first_spread(problem.u, K);
   const Matrix lower = problem.u.lower.replicate(1, K), upper = problem.u.upper.replicate(1, K);
   ExplorationResult result;
-  ControlledPlant plant(problem);
+  RolloutRunner runner(problem, tableau, n_fe);
 
   double penalty = 0;
   const auto run = [&](const Matrix& knots) {
-    Candidate candidate{knots, roll_out(problem, plant, tableau, n_fe, interpolate_knots(knots, N)), 0};
+    Candidate candidate{knots, runner.run(interpolate_knots(knots, N)), 0};
     candidate.score = candidate.rollout.cost + penalty * candidate.rollout.violation;
     // A motion with a cost that is no number counts as one that ends at once.
     if (!std::isfinite(candidate.score)) candidate.rollout = {.status = Status::non_finite};

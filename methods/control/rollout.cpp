@@ -2,8 +2,6 @@
 
 #include <algorithm>
 
-#include "methods/fesd/pivoting_solver.h"
-
 namespace ricochet {
 namespace {
 
@@ -26,25 +24,28 @@ void add_step(const OptimalControlProblem& problem, const FesdStep& step, const 
   }
 }
 
-Rollout roll_out(const OptimalControlProblem& problem, ControlledPlant& plant, const ButcherTableau& tableau, int n_fe,
-                 const Matrix& u) {
-  const ProblemInfo& info = plant.info();
+RolloutRunner::RolloutRunner(const OptimalControlProblem& problem, const ButcherTableau& tableau, int n_fe)
+    : problem_(problem),
+      tableau_(tableau),
+      plant_(problem),
+      solver_(plant_, tableau_, {.n_fe = n_fe, .as_needed = true}, counters_) {}
+
+Rollout RolloutRunner::run(const Matrix& u) {
+  const ProblemInfo& info = plant_.info();
   const int N = static_cast<int>(u.cols());
   Rollout result;
-  Counters counters;
-  plant.set_control(u.col(0));
-  PivotingSolver solver(plant, tableau, {.n_fe = n_fe, .as_needed = true}, counters);
-  solver.start(info.q0, info.v0);
+  plant_.set_control(u.col(0));
+  solver_.start(info.q0, info.v0);
   for (int k = 0; k < N; ++k) {
-    plant.set_control(u.col(k));
-    result.status = solver.advance(info.end_time / N);
+    plant_.set_control(u.col(k));
+    result.status = solver_.advance(info.end_time / N);
     if (result.status != Status::success) return result;
-    add_step(problem, solver.step(), tableau, u.col(k), result);
+    add_step(problem_, solver_.step(), tableau_, u.col(k), result);
     ++result.n_solved;
   }
-  const Element& last = solver.step().last();
-  result.cost += problem.terminal_cost.at(last.q1, last.v1)[0];
-  result.violation += problem.terminal.at(last.q1, last.v1).cwiseAbs().sum();
+  const Element& last = solver_.step().last();
+  result.cost += problem_.terminal_cost.at(last.q1, last.v1)[0];
+  result.violation += problem_.terminal.at(last.q1, last.v1).cwiseAbs().sum();
   return result;
 }
 

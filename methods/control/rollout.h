@@ -1,6 +1,6 @@
 #pragma once
 
-#include "methods/elements/fesd_step.h"
+#include "methods/fesd/pivoting_solver.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 #include "problems/control/replay_problem.h"
 #include "problems/solution.h"
@@ -19,10 +19,24 @@ struct Rollout {
 void add_step(const OptimalControlProblem& problem, const FesdStep& step, const ButcherTableau& tableau,
               const Vector& u, Rollout& rollout);
 
-/// Runs FESD-J with n_fe elements on each interval, or more where a motion has more switches, solved by pivoting: the
-/// equations of a FesdTranscription.
-/// @param plant  of `problem`; @param u  n_u x N
-Rollout roll_out(const OptimalControlProblem& problem, ControlledPlant& plant, const ButcherTableau& tableau, int n_fe,
-                 const Matrix& u);
+/// Runs a plant by FESD-J with n_fe elements on each interval, or more where a motion has more switches, solved by
+/// pivoting: the equations of a FesdTranscription. What the solver knows of the plant is kept from one run to the next,
+/// and no run depends on those before it.
+class RolloutRunner {
+ public:
+  /// @param problem  must outlive this object
+  RolloutRunner(const OptimalControlProblem& problem, const ButcherTableau& tableau, int n_fe);
+  RolloutRunner(const RolloutRunner&) = delete;
+
+  /// @param u  n_u x N
+  Rollout run(const Matrix& u);
+
+ private:
+  const OptimalControlProblem& problem_;
+  const ButcherTableau tableau_;
+  ControlledPlant plant_;
+  Counters counters_;
+  PivotingSolver solver_;
+};
 
 }  // namespace ricochet

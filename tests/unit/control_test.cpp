@@ -499,22 +499,22 @@ TEST(ShrinkingHorizon, OfTimeStepping) {
 TEST(Exploration, FindsTheContactsThatNoSmallChangeFinds) {
   const auto problem = make_control_problem("three_boxes");
   const ButcherTableau tableau = make_tableau("radau-iia", 2);
-  ControlledPlant plant(*problem);
+  RolloutRunner runner(*problem, tableau, problem->n_fe);
   const Matrix still = Matrix::Zero(1, problem->n_intervals);
-  const Rollout at_rest = roll_out(*problem, plant, tableau, problem->n_fe, still);
+  const Rollout at_rest = runner.run(still);
   ASSERT_EQ(at_rest.status, Status::success);
   // The boxes stay 4 and 3 from their goals: 10 (4^2 + 3^2) for 6 s, and 100 times that at the end.
   EXPECT_NEAR(at_rest.cost, 250 * (6 + 100), 1e-8);
   EXPECT_EQ(at_rest.violation, 0);
   // Dry friction holds the driven box against 1.9 N.
-  const Rollout pushed = roll_out(*problem, plant, tableau, problem->n_fe, still.array() + 1.9);
+  const Rollout pushed = runner.run(still.array() + 1.9);
   EXPECT_NEAR(pushed.cost - at_rest.cost, 6 * 1.9 * 1.9 / 10, 1e-8);
 
   const ExplorationOptions options{.rounds = 8, .samples = 60, .elite = 10};
   const ExplorationResult found = explore(*problem, tableau, problem->n_fe, options);
   EXPECT_EQ(found.rollouts, 481);
   EXPECT_LT(found.rollout.cost, 0.5 * at_rest.cost) << "at least one box was pushed";
-  const Rollout again = roll_out(*problem, plant, tableau, problem->n_fe, found.u);
+  const Rollout again = RolloutRunner(*problem, tableau, problem->n_fe).run(found.u);
   EXPECT_EQ(again.cost, found.rollout.cost);
   EXPECT_THROW(explore(*problem, tableau, problem->n_fe, {.samples = 10, .elite = 11}), InputError);
 }
@@ -522,9 +522,8 @@ TEST(Exploration, FindsTheContactsThatNoSmallChangeFinds) {
 TEST(Exploration, RolloutSaysHowFarItGot) {
   auto problem = make_control_problem("three_boxes");
   problem->q.upper[2] = 0.1;  // of the driven box
-  ControlledPlant plant(*problem);
   const Matrix u = Matrix::Constant(1, problem->n_intervals, 3);
-  const Rollout rollout = roll_out(*problem, plant, make_tableau("radau-iia", 2), problem->n_fe, u);
+  const Rollout rollout = RolloutRunner(*problem, make_tableau("radau-iia", 2), problem->n_fe).run(u);
   EXPECT_GT(rollout.violation, 0);
   EXPECT_EQ(rollout.n_solved == problem->n_intervals, rollout.status == Status::success);
 }
