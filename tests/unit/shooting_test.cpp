@@ -312,7 +312,7 @@ TEST(ShootingProgram, HasTheSlopesOfAnImpactAfterABoundary) {
   const auto problem = lifted_mass({{"height", 1.0}}, 2);
   PlantRunner runner(*problem, tableau_argument(problem->tableau));
   PlantMotion motion;
-  runner.run(problem->plant->info().q0, problem->plant->info().v0, Matrix{{2, -3}}, 0.5, motion);
+  runner.run(problem->plant->info().q0, problem->plant->info().v0, Matrix{{2, 5}}, 0.5, motion);
   ASSERT_TRUE(motion.succeeded());
   ASSERT_GT(motion.steps[1].Lambda_n(0, 0), 0) << "the impact is at the start of the second interval";
   MotionLineariser lineariser(runner);
@@ -322,8 +322,8 @@ TEST(ShootingProgram, HasTheSlopesOfAnImpactAfterABoundary) {
   const Matrix slopes = program.gradient().u;
   const auto J = [](long double a, long double b) { return closed_form(a, b, 1, 0.5L); };
   const long double h = 1e-5L;  // the closed form is smooth on both sides of the boundary
-  EXPECT_NEAR(slopes(0, 0), static_cast<double>((J(2 + h, -3) - J(2 - h, -3)) / (2 * h)), 1e-8);
-  EXPECT_NEAR(slopes(0, 1), static_cast<double>((J(2, -3 + h) - J(2, -3 - h)) / (2 * h)), 1e-8);
+  EXPECT_NEAR(slopes(0, 0), static_cast<double>((J(2 + h, 5) - J(2 - h, 5)) / (2 * h)), 1e-8);
+  EXPECT_NEAR(slopes(0, 1), static_cast<double>((J(2, 5 + h) - J(2, 5 - h)) / (2 * h)), 1e-8);
   program.add_guards(motion, lineariser);
   int n_at_boundary = 0;
   for (const Guard& guard : program.guards()) {
