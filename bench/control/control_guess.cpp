@@ -45,15 +45,43 @@ ExplorationResult explored_controls(const ExplorationOptions& options, const Opt
   return found;
 }
 
-/// Relaxes the discretised problem, from the guess of the homotopy, and lets the plant follow that motion.
+/// A discretised problem, and the end of its relaxations.
+struct RelaxedProblem {
+  std::unique_ptr<OptimalControlProblem> problem;  // that the transcription refers to
+  std::unique_ptr<Transcription> transcription;
+  MpccSolution solution;
+};
+
+/// Relaxes the problem, discretised with n_fe elements per interval, from the guess of the homotopy.
+RelaxedProblem relax(const ControlOptions& options, int n_fe, const HomotopyOptions& homotopy,
+                     std::vector<std::string>& notes) {
+  RelaxedProblem relaxed{options.make_coarse_problem(), nullptr, {}};
+  relaxed.problem->n_fe = n_fe;
+  GuessedTranscription guess = guessed_transcription(options, *relaxed.problem);
+  relaxed.transcription = std::move(guess.transcription);
+  notes.insert(notes.end(), guess.notes.begin(), guess.notes.end());
+  relaxed.solution = Homotopy(homotopy).solve(relaxed.transcription->mpcc());
+  const MpccSolution& solution = relaxed.solution;
+  notes.push_back(
+      fmt::format("relaxed    elements: {}; {} in {:.2f} s, {} iterations: objective {:.6g}, violation {:.1e}", n_fe,
+                  solution.succeeded() ? "success" : solution.message, solution.seconds, solution.iterations,
+                  solution.objective, solution.violation.value));
+  return relaxed;
+}
+
+/// Lets the plant follow the motion of a relaxation. To find the contacts, one element per interval is enough in most
+/// cases; where that has no solution, as where a contact bounces within an interval, the elements of the problem are taken.
 void follow_relaxation(const ControlOptions& options, const OptimalControlProblem& problem, GuessedControls& guess) {
   HomotopyOptions homotopy = options.relaxation_options();
-  auto [transcription, notes] = guessed_transcription(options, problem);
-  guess.notes = std::move(notes);
-  const MpccSolution relaxed = Homotopy(homotopy).solve(transcription->mpcc());
-  guess.notes.push_back(fmt::format("relaxed    {} in {:.2f} s, {} iterations: objective {:.6g}, violation {:.1e}",
-                                    relaxed.succeeded() ? "success" : relaxed.message, relaxed.seconds,
-                                    relaxed.iterations, relaxed.objective, relaxed.violation.value));
+  RelaxedProblem coarse = relax(options, 1, homotopy, guess.notes);
+  const double left = homotopy.time_limit - coarse.solution.seconds;
+  const bool has_time = homotopy.time_limit == 0 || (left > 0 && coarse.solution.status != Status::time_limit);
+  if (!coarse.solution.succeeded() && problem.n_fe > 1 && has_time) {
+    if (homotopy.time_limit > 0) homotopy.time_limit = left;
+    coarse.transcription.reset();  // before its problem
+    coarse = relax(options, problem.n_fe, homotopy, guess.notes);
+  }
+  const auto& [made, transcription, relaxed] = coarse;
   const ControlTrajectory trajectory = transcription->trajectory(relaxed.x);
   const double H = trajectory.T / problem.n_intervals;
   PlantRunner runner(problem, tableau_argument(problem.tableau));

@@ -164,8 +164,8 @@ void ControlOptions::add(CLI::App& command) {
   command
       .add_option(
           "--from-relaxation", from_relaxation,
-          "initial guess: controls with which the plant follows the motion of a relaxation, from --sigma-0 down "
-          "to this relaxation parameter")
+          "initial guess: controls with which the plant follows the motion of a relaxation with one element per "
+          "interval, from --sigma-0 down to this relaxation parameter")
       ->group(kOfShooting);
   command.add_option("--seed", exploration.seed, "seed of --explore and --noise")
       ->check(non_negative_number())
