@@ -4,6 +4,7 @@
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <cmath>
+#include <iterator>
 #include <limits>
 #include <stdexcept>
 #include <utility>
@@ -118,8 +119,8 @@ std::vector<int> StaticLdl::match(const std::vector<double>& values, bool by_siz
   return partner;
 }
 
-/// Nodes in the order of AMD of their graph. Single unknowns without a curvature of their own are last: they get one
-/// from those before them.
+/// Nodes in the order of AMD of their graph. A single unknown without a curvature of its own gets one from its neighbours,
+/// and follows the last of them at once: at the end of the order, all of them would be neighbours of each other.
 void StaticLdl::order(const std::vector<int>& partner) {
   std::vector<int> node_of(n_, -1);
   std::vector<std::pair<int, int>> members;
@@ -145,11 +146,29 @@ void StaticLdl::order(const std::vector<int>& partner) {
 
   nodes_.assign(n_nodes, {});
   position_.resize(n_);
-  std::vector<int> sequence(permutation.indices().begin(), permutation.indices().end());
-  std::ranges::stable_partition(sequence, [&](int node) {
-    const auto [first, second] = members[node];
-    return second >= 0 || least_diagonal_[first] > 0;
-  });
+  std::vector<int> n_before(n_nodes, 0);  // neighbours that a node waits for
+  using Neighbours = Eigen::SparseMatrix<double>::InnerIterator;
+  for (int k = 0; k < n_nodes; ++k) {
+    const auto [first, second] = members[k];
+    if (second >= 0 || least_diagonal_[first] > 0) continue;
+    for (Neighbours other(graph, k); other; ++other) n_before[k] += other.row() != k;
+  }
+  std::vector<int> sequence, ready;
+  std::vector<char> is_waiting(n_nodes, false);
+  for (const int next : permutation.indices()) {
+    is_waiting[next] = true;
+    if (n_before[next] <= 0) ready.push_back(next);
+    while (!ready.empty()) {
+      const int node = ready.back();
+      ready.pop_back();
+      is_waiting[node] = false;
+      sequence.push_back(node);
+      for (Neighbours other(graph, node); other; ++other)
+        if (--n_before[other.row()] == 0 && is_waiting[other.row()]) ready.push_back(static_cast<int>(other.row()));
+    }
+  }
+  // Neighbours that wait for each other.
+  std::ranges::copy_if(permutation.indices(), std::back_inserter(sequence), [&](int node) { return is_waiting[node]; });
   int next = 0;
   for (int k = 0; k < n_nodes; ++k) {
     const auto [first, second] = members[sequence[k]];

@@ -14,7 +14,7 @@ namespace ricochet {
 /// of an interior-point method, with the unknowns of the rows last. The first matrix, scaled to largest entries near one
 /// in every row, decides on pairs of a row and one of its unknowns, by a matching with large entries of J. A pair is one
 /// pivot of two columns, since the diagonal of a row is zero or small. The graph of pairs and single unknowns is ordered
-/// once (AMD), single unknowns with a diagonal of zero last, and each matrix is then factorised in this order,
+/// once (AMD), single unknowns with a diagonal of zero after their neighbours, and each matrix is then factorised so,
 ///
 ///   P K P' = L D L',                                                                                         (2)
 ///
@@ -37,6 +37,8 @@ class StaticLdl {
   int size() const { return n_; }
   /// Eigenvalues < 0 of the last matrix that was factorised.
   int n_negative() const { return n_negative_; }
+  /// Entries of L below its blocks.
+  int n_factor_entries() const { return static_cast<int>(L_.size()); }
 
   /// Replaces b by K^-1 b. @return largest component of the residual, relative to max |b| + min(max |x|, 1e6 max |b|)
   double solve(double* b);
