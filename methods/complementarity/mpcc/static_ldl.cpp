@@ -21,8 +21,8 @@ constexpr double kLeastCurvature = 1e-8;
 /// matrix in every iteration, and pairs take the time of five factorisations.
 constexpr int kPatience = 20;
 constexpr int kScalingSweeps = 5;
-/// Refinement ends at this residual, or where a step does not halve it.
-constexpr double kResidual = 1e-14;
+/// Refinement ends at this residual, or where a step does not halve it. Ipopt refines again, at least once.
+constexpr double kResidual = 1e-12;
 constexpr int kMaxRefinements = 10;
 
 double largest_of(const Vector& v) {
