@@ -318,6 +318,40 @@ TEST(ControlComparisons, SeedsHaveRatiosAndGoals) {
   EXPECT_EQ(cell_of(seed_table(runs), "discs", "shooting", "stationary"), "B 2, B up to an edge 1, not B 1");
 }
 
+TEST(ControlComparisons, LinearSolversHaveTimesPerIteration) {
+  std::vector<SeedRun> runs = guesses();
+  for (SeedRun& run : runs) {
+    run.linear_solver = "mumps";
+    run.solve_cpu_seconds = 0.05 * run.iterations;
+  }
+  EXPECT_TRUE(linear_solver_comparisons(runs).empty()) << "there is nothing to compare with";
+  for (const unsigned seed : {1U, 2U, 3U, 4U}) {
+    SeedRun run = runs[seed - 1];
+    run.linear_solver = "ldl";
+    run.arguments += " --linear-solver ldl";
+    run.status = seed < 3 ? "success" : "time_limit";
+    run.solve_cpu_seconds = 0.01 * seed * run.iterations;
+    EXPECT_SURVIVES(run);
+    runs.push_back(run);
+  }
+  runs.push_back(runs.back());
+  runs.back().method = "shooting";
+  runs.back().arguments = "--method shooting --linear-solver ldl";
+  const nlohmann::json header = {{"goals",
+                                  {{{"problem", "discs"}, {"quantity", "guesses solved"}, {"at_least", 1}},
+                                   {{"problem", "discs"}, {"quantity", "CPU ms per iteration"}, {"at_most", 0.6}}}}};
+  const Table table = comparison_table(linear_solver_comparisons(runs), header, {"Linear solvers", "mumps", "ldl"});
+  EXPECT_EQ(cell_of(table, "discs", "guesses solved", "mumps"), "3");
+  EXPECT_EQ(cell_of(table, "discs", "guesses solved", "ldl"), "2");
+  EXPECT_EQ(cell_of(table, "discs", "guesses solved", "kept"), "no");
+  EXPECT_EQ(cell_of(table, "discs", "CPU ms per iteration", "mumps"), "50");
+  EXPECT_EQ(cell_of(table, "discs", "CPU ms per iteration", "ldl"), "25") << "failed runs count";
+  EXPECT_EQ(cell_of(table, "discs", "CPU ms per iteration", "reached"), "0.5");
+  EXPECT_EQ(cell_of(table, "discs", "CPU ms per iteration", "kept"), "yes");
+  EXPECT_EQ(cell_of(table, "three_boxes", "guesses solved", "mumps"), "no such row") << "mumps only";
+  EXPECT_EQ(cell_of(seed_table(runs), "discs", "homotopy", "CPU ms/it."), "50 | 50 | 50");
+}
+
 TEST(ControlComparisons, GrowthHasExponentsOfBothMethods) {
   std::vector<ControlGrowth> runs;
   for (const char* method : {"homotopy", "shooting"}) {

@@ -43,6 +43,7 @@ std::vector<SeedRun> runs_of(const json& document) {
     const ControlOptions options = ControlOptions::parse(fmt::format("{} {}", run.problem, run.arguments));
     options.make_problem();  // bad ones throw here
     run.method = options.method;
+    if (!options.is_shooting()) run.linear_solver = options.linear_solver;
     for (int seed = 1; seed <= n_seeds; ++seed) {
       run.seed = static_cast<unsigned>(seed);
       runs.push_back(run);
@@ -62,7 +63,9 @@ SeedRun solve_from_seed(SeedRun run) {
   const double cpu_begin = cpu_seconds();
   const auto problem = options.make_problem();
   const PreparedMethod method = prepared_method(options, *problem);
+  const double solve_begin = cpu_seconds();
   const ControlSolution solution = method.solver->solve();
+  run.solve_cpu_seconds = cpu_seconds() - solve_begin;
   run.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   run.cpu_seconds = cpu_seconds() - cpu_begin;
   run.status = to_string(solution.status);
@@ -130,6 +133,9 @@ void show_control_seeds(const Results& results, Section& section) {
   section.result("success", seed_table(runs));
   if (const auto comparisons = seed_comparisons(runs); !comparisons.empty())
     section.result("comparison", comparison_table(comparisons, results.header));
+  if (const auto comparisons = linear_solver_comparisons(runs); !comparisons.empty())
+    section.result("linear_solvers",
+                   comparison_table(comparisons, results.header, {"Linear solvers of the homotopy", "mumps", "ldl"}));
   section.chart(seed_chart(runs, results.experiment()));
   if (std::ranges::any_of(runs, &SeedRun::is_timed)) add_profiles(runs, results.experiment(), section);
   section.failures("failures", seed_failures(runs));

@@ -24,11 +24,11 @@ struct GoalLine {
 
 }  // namespace
 
-Comparison quotient(const std::string& problem, const std::string& quantity, double homotopy, double shooting) {
-  return {problem, quantity, cell_text("{:.4g}", homotopy), cell_text("{:.4g}", shooting), shooting / homotopy};
+Comparison quotient(const std::string& problem, const std::string& quantity, double first, double second) {
+  return {problem, quantity, cell_text("{:.4g}", first), cell_text("{:.4g}", second), second / first};
 }
 
-Table comparison_table(const std::vector<Comparison>& comparisons, const nlohmann::json& header) {
+Table comparison_table(const std::vector<Comparison>& comparisons, const nlohmann::json& header, const Sides& sides) {
   const auto goals = header.value("goals", std::vector<ControlGoal>());
   std::vector<GoalLine> lines;
   for (const auto& comparison : comparisons) {
@@ -38,18 +38,20 @@ Table comparison_table(const std::vector<Comparison>& comparisons, const nlohman
     lines.push_back({comparison, goal == goals.end() ? nullptr : &*goal});
   }
   using L = GoalLine;
-  static const std::vector<Column<L>> columns = {
+  const std::vector<Column<L>> columns = {
       {"problem", [](const L& l) { return l.comparison.problem; }},
       {"quantity", [](const L& l) { return l.comparison.quantity; }},
-      {"homotopy", "", "{}", [](const L& l) { return l.comparison.homotopy; }},
-      {"shooting", "", "{}", [](const L& l) { return l.comparison.shooting; }},
+      {sides.first, "", "{}", [](const L& l) { return l.comparison.first; }},
+      {sides.second, "", "{}", [](const L& l) { return l.comparison.second; }},
       {"reached", "", "{:.3g}", [](const L& l) { return l.comparison.reached; }},
       {"goal", "", "{}", &L::text},
       {"kept", &L::verdict},
   };
-  return table_of("Shooting against the homotopy", columns, lines,
-                  "Reached: shooting divided by homotopy where both have a number, else that of shooting. Both methods "
-                  "ran in one process, on the same machine.");
+  return table_of(
+      sides.title, columns, lines,
+      fmt::format("Reached: {1} divided by {0} where both have a number, else that of {1}. Both methods ran in one "
+                  "process, on the same machine.",
+                  sides.first, sides.second));
 }
 
 }  // namespace ricochet

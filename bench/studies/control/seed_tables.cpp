@@ -3,6 +3,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
+#include <limits>
 #include <map>
 
 #include "bench/studies/control/seed_rows.h"
@@ -13,7 +15,7 @@ namespace {
 
 std::vector<double> values_of(const SeedGroup& runs, auto member) {
   std::vector<double> values;
-  for (const SeedRun* run : runs) values.push_back(static_cast<double>(run->*member));
+  for (const SeedRun* run : runs) values.push_back(static_cast<double>(std::invoke(member, *run)));
   return values;
 }
 
@@ -46,6 +48,11 @@ std::string stationarities(const SeedGroup& runs) {
 
 std::string SeedRun::command() const {
   return fmt::format("ricochet control {} {} --seed {}", problem, arguments, seed);
+}
+
+double SeedRun::iteration_seconds() const {
+  return iterations > 0 && solve_cpu_seconds > 0 ? solve_cpu_seconds / iterations
+                                                 : std::numeric_limits<double>::quiet_NaN();
 }
 
 std::vector<SeedGroup> seed_groups(const std::vector<SeedRun>& runs) {
@@ -82,6 +89,9 @@ Table seed_table(const std::vector<SeedRun>& runs) {
       {"cost", "", "{}", of_solved([=](const G& g) { return quartiles(cost(g)); })},
       {"worst cost", "", "{:.6g}", of_solved([=](const G& g) { return quantile(cost(g), 1); })},
       {"CPU s", "", "{}", of_solved([](const G& g) { return quartiles(values_of(g, &SeedRun::cpu_seconds)); })},
+      {"CPU ms/it.", "", "{}", of_solved([](const G& g) {
+         return quartiles(values_of(g, [](const SeedRun& run) { return 1e3 * run.iteration_seconds(); }));
+       })},
       {"wall s", "", "{}", of_solved([](const G& g) { return quartiles(values_of(g, &SeedRun::seconds)); })},
       {"iterations", "", "{}", of_solved([](const G& g) { return quartiles(values_of(g, &SeedRun::iterations)); })},
       {"replayed", "", "{}", of_solved([](const G& g) { return replayed(g).size(); })},
@@ -92,13 +102,14 @@ Table seed_table(const std::vector<SeedRun>& runs) {
   };
   Table table = table_of(
       "Random initial guesses", columns, seed_groups(runs),
-      "Cost, times and iterations: quartiles and median of the solved runs; the time includes the guess. "
+      "Cost, times and iterations: quartiles and median of the solved runs; the time includes the guess, that per "
+      "iteration does not. "
       "Stationary: strongest kind that the multipliers prove; B: no feasible descent direction exists, for shooting "
       "possibly up to an edge, across which the cost jumps up. Replayed: runs whose controls adaptive FESD-J could apply "
       "to the plant; to 1e-9: those that end so near to the claim. Off by: median of the max-norm of claim minus replay "
       "in (q, v) at T.");
   table.is_list = true;
-  return without_empty(table, {"CPU s", "wall s"});
+  return without_empty(table, {"CPU s", "CPU ms/it.", "wall s"});
 }
 
 std::vector<Comparison> seed_comparisons(const std::vector<SeedRun>& runs) {
@@ -130,6 +141,31 @@ std::vector<Comparison> seed_comparisons(const std::vector<SeedRun>& runs) {
     add_ratio("median cost", 0.5, &SeedRun::cost);
     add_ratio("least cost", 0, &SeedRun::cost);
     if (shooting->front()->is_timed()) add_ratio("median CPU time", 0.5, &SeedRun::cpu_seconds);
+  }
+  return comparisons;
+}
+
+std::vector<Comparison> linear_solver_comparisons(const std::vector<SeedRun>& runs) {
+  std::vector<Comparison> comparisons;
+  const auto groups = seed_groups(runs);
+  for (const auto& problem : different(runs, &SeedRun::problem)) {
+    const auto group_of = [&](const char* linear_solver) {
+      return std::ranges::find_if(groups, [&](const SeedGroup& group) {
+        const SeedRun& run = *group.front();
+        return run.problem == problem && run.method == kHomotopy && run.linear_solver == linear_solver;
+      });
+    };
+    const auto mumps = group_of("mumps"), ldl = group_of("ldl");
+    if (mumps == groups.end() || ldl == groups.end()) continue;
+    comparisons.push_back(quotient(problem, "guesses solved", static_cast<double>(solved(*mumps).size()),
+                                   static_cast<double>(solved(*ldl).size())));
+    const auto milliseconds = [](const SeedGroup& group) {  // of all runs, solved or not
+      std::vector<double> values = values_of(group, &SeedRun::iteration_seconds);
+      std::erase_if(values, [](double value) { return std::isnan(value); });
+      return values.empty() ? std::numeric_limits<double>::quiet_NaN() : 1e3 * median(values);
+    };
+    if (mumps->front()->is_timed() && ldl->front()->is_timed())
+      comparisons.push_back(quotient(problem, "CPU ms per iteration", milliseconds(*mumps), milliseconds(*ldl)));
   }
   return comparisons;
 }
@@ -172,13 +208,14 @@ Table seed_details(const std::vector<SeedRun>& runs) {
       {"stationary", [](const R& r) { return r.succeeded() ? r.stationarity : "-"; }},
       {"B", [](const R& r) { return r.succeeded() && r.is_b_stationary ? "yes" : "-"; }},
       {"CPU s", "", "{:.2f}", &R::cpu_seconds},
+      {"CPU ms/it.", "", "{:.3g}", [](const R& r) { return 1e3 * r.iteration_seconds(); }},
       {"wall s", "", "{:.2f}", &R::seconds},
       {"iterations", "", "{}", &R::iterations},
       {"off by", "", "{:.1e}", [](const R& r) { return when(r.succeeded() && r.is_replayed(), r.terminal); }},
       {"reason", &R::message},
       {"command", &R::command},
   };
-  return without_empty(table_of("All guesses", columns, runs), {"CPU s", "wall s"});
+  return without_empty(table_of("All guesses", columns, runs), {"CPU s", "CPU ms/it.", "wall s"});
 }
 
 }  // namespace ricochet
