@@ -1,9 +1,14 @@
-// Options of `ricochet control` that belong to one method, and the replay of a solution by both integrators.
+// Options of `ricochet control` that belong to one method; the replay of a solution by both integrators; what a solution
+// is in the program of the homotopy.
 #include <gtest/gtest.h>
+
+#include <algorithm>
 
 #include "bench/control/control_guess.h"
 #include "bench/control/control_options.h"
 #include "bench/control/replay.h"
+#include "methods/complementarity/mpcc/crossover.h"
+#include "methods/complementarity/mpcc/stationarity.h"
 #include "methods/control/shooting/shooting.h"
 #include "methods/runge_kutta/tableau_argument.h"
 #include "problems/input_error.h"
@@ -67,6 +72,31 @@ TEST(ShootingOptions, EverySolutionIsReplayed) {
     const ReplayMismatch difference = mismatch(*problem, solution.trajectory, truth);
     EXPECT_LE(difference.terminal, 1e-9);
     EXPECT_LE(std::abs(difference.cost), 1e-7);
+  }
+}
+
+// That of push_box_goal is not: the program may move the times of breaks (methods/control/README.md, "Which method").
+TEST(ShootingOptions, ASolutionIsStationaryInTheProgramOfTheHomotopy) {
+  for (const std::string problem_id : {"two_carts", "cart_pole_friction"}) {
+    const auto options = ControlOptions::parse(problem_id + " --method shooting --explore 12 --starts 2");
+    const auto problem = options.make_problem();
+    Shooting shooting(*problem, tableau_argument(problem->tableau), options.shooting);
+    const ControlSolution solution = shooting.solve(guessed_controls(options).u, problem->plant->info().end_time);
+    ASSERT_TRUE(solution.succeeded()) << problem_id << ": " << solution.message;
+    const auto is_S = [&](const Matrix& u) {
+      const auto transcription =
+          ControlOptions::parse(problem_id + " --equilibration none").make_transcription(*problem);
+      EXPECT_EQ(transcription->guess_from_simulation(u), Status::success);
+      const Nlp& nlp = transcription->mpcc().nlp;
+      Vector x(nlp.n_variables());
+      std::ranges::transform(nlp.variables, x.begin(), &Nlp::Variable::guess);
+      EXPECT_LE(NlpEvaluator(nlp).worst_violation(x.data()).value, 1e-12) << problem_id;
+      EXPECT_LE(complementarity(transcription->mpcc(), x.data()).value, 1e-12) << problem_id;
+      // Around a switch the motion of shooting has other elements. Both are S to 1e-5, cart_pole_friction not to 3e-6.
+      return StationarityTest(transcription->mpcc(), x, 1e-4).is_S({});
+    };
+    EXPECT_TRUE(is_S(solution.trajectory.u)) << problem_id;
+    EXPECT_FALSE(is_S(0.99 * solution.trajectory.u)) << problem_id;
   }
 }
 
