@@ -112,61 +112,69 @@ Table seed_table(const std::vector<SeedRun>& runs) {
   return without_empty(table, {"CPU s", "CPU ms/it.", "wall s"});
 }
 
-std::vector<Comparison> seed_comparisons(const std::vector<SeedRun>& runs) {
-  std::vector<Comparison> comparisons;
+namespace {
+
+/// Calls compare(problem, first, second) for every problem that has a group of both kinds.
+template <class IsFirst, class IsSecond, class Compare>
+void for_each_pair(const std::vector<SeedRun>& runs, const IsFirst& is_first, const IsSecond& is_second,
+                   const Compare& compare) {
   const auto groups = seed_groups(runs);
   for (const auto& problem : different(runs, &SeedRun::problem)) {
-    const auto group_of = [&](const char* method) {
-      return std::ranges::find_if(groups, [&](const SeedGroup& group) {
-        return group.front()->problem == problem && group.front()->method == method;
-      });
+    const auto group_where = [&](const auto& is_it) {
+      return std::ranges::find_if(
+          groups, [&](const SeedGroup& group) { return group.front()->problem == problem && is_it(*group.front()); });
     };
-    const auto homotopy = group_of(kHomotopy), shooting = group_of(kShooting);
-    if (homotopy == groups.end() || shooting == groups.end()) continue;
+    const auto first = group_where(is_first), second = group_where(is_second);
+    if (first != groups.end() && second != groups.end()) compare(problem, *first, *second);
+  }
+}
+
+}  // namespace
+
+std::vector<Comparison> seed_comparisons(const std::vector<SeedRun>& runs) {
+  std::vector<Comparison> comparisons;
+  const auto is_by = [](const char* method) { return [=](const SeedRun& run) { return run.method == method; }; };
+  const auto compare = [&](const std::string& problem, const SeedGroup& homotopy, const SeedGroup& shooting) {
     const auto add_count = [&](const char* quantity, bool (SeedRun::*is_counted)() const) {
       const auto count = [&](const SeedGroup& g) { return rows_where(g, is_counted).size(); };
-      comparisons.push_back({problem, quantity, fmt::format("{} of {}", count(*homotopy), homotopy->size()),
-                             fmt::format("{} of {}", count(*shooting), shooting->size()),
-                             static_cast<double>(count(*shooting))});
+      comparisons.push_back({problem, quantity, fmt::format("{} of {}", count(homotopy), homotopy.size()),
+                             fmt::format("{} of {}", count(shooting), shooting.size()),
+                             static_cast<double>(count(shooting))});
     };
     add_count("solved", &SeedRun::succeeded);
     add_count("certified", &SeedRun::is_certified);
     add_count("replayed to 1e-9", &SeedRun::is_replayed_exactly);
-    const SeedGroup of_homotopy = solved(*homotopy), of_shooting = solved(*shooting);
-    if (of_homotopy.empty() || of_shooting.empty()) continue;
+    const SeedGroup of_homotopy = solved(homotopy), of_shooting = solved(shooting);
+    if (of_homotopy.empty() || of_shooting.empty()) return;
     const auto add_ratio = [&](const char* quantity, double at, auto member) {
       comparisons.push_back(quotient(problem, quantity, quantile(values_of(of_homotopy, member), at),
                                      quantile(values_of(of_shooting, member), at)));
     };
     add_ratio("median cost", 0.5, &SeedRun::cost);
     add_ratio("least cost", 0, &SeedRun::cost);
-    if (shooting->front()->is_timed()) add_ratio("median CPU time", 0.5, &SeedRun::cpu_seconds);
-  }
+    if (shooting.front()->is_timed()) add_ratio("median CPU time", 0.5, &SeedRun::cpu_seconds);
+  };
+  for_each_pair(runs, is_by(kHomotopy), is_by(kShooting), compare);
   return comparisons;
 }
 
 std::vector<Comparison> linear_solver_comparisons(const std::vector<SeedRun>& runs) {
   std::vector<Comparison> comparisons;
-  const auto groups = seed_groups(runs);
-  for (const auto& problem : different(runs, &SeedRun::problem)) {
-    const auto group_of = [&](const char* linear_solver) {
-      return std::ranges::find_if(groups, [&](const SeedGroup& group) {
-        const SeedRun& run = *group.front();
-        return run.problem == problem && run.method == kHomotopy && run.linear_solver == linear_solver;
-      });
-    };
-    const auto mumps = group_of("mumps"), ldl = group_of("ldl");
-    if (mumps == groups.end() || ldl == groups.end()) continue;
-    comparisons.push_back(quotient(problem, "guesses solved", static_cast<double>(solved(*mumps).size()),
-                                   static_cast<double>(solved(*ldl).size())));
+  const auto is_by = [](const char* linear_solver) {
+    return [=](const SeedRun& run) { return run.method == kHomotopy && run.linear_solver == linear_solver; };
+  };
+  const auto compare = [&](const std::string& problem, const SeedGroup& mumps, const SeedGroup& ldl) {
+    comparisons.push_back(quotient(problem, "guesses solved", static_cast<double>(solved(mumps).size()),
+                                   static_cast<double>(solved(ldl).size())));
     const auto milliseconds = [](const SeedGroup& group) {  // of all runs, solved or not
       std::vector<double> values = values_of(group, &SeedRun::iteration_seconds);
       std::erase_if(values, [](double value) { return std::isnan(value); });
       return values.empty() ? std::numeric_limits<double>::quiet_NaN() : 1e3 * median(values);
     };
-    if (mumps->front()->is_timed() && ldl->front()->is_timed())
-      comparisons.push_back(quotient(problem, "CPU ms per iteration", milliseconds(*mumps), milliseconds(*ldl)));
-  }
+    if (mumps.front()->is_timed() && ldl.front()->is_timed())
+      comparisons.push_back(quotient(problem, "CPU ms per iteration", milliseconds(mumps), milliseconds(ldl)));
+  };
+  for_each_pair(runs, is_by("mumps"), is_by("ldl"), compare);
   return comparisons;
 }
 
