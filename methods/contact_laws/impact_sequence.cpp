@@ -34,6 +34,7 @@ void ImpactSequence::find_touching(const Vector& q, const std::vector<ContactMod
                                    std::vector<int>& touching) {
   problem_.gap(q.data(), gap_.data());
   candidates_.clear();
+  std::ranges::fill(is_left_, 0);
   for (const int i : problem_.info().unilateral) {
     const bool was_closed = before && is_closed((*before)[i]);
     if (!was_closed && gap_[i] > std::max(scales_.nearly_touching(i), scales_.capture_height(i))) continue;
@@ -178,7 +179,6 @@ ImpactSequence::Outcome ImpactSequence::apply_impacts(const Vector& q, const std
     outcome.result = result;
     return outcome;
   };
-  std::ranges::fill(is_left_, 0);
   bool has_forces = find_first(q, v, before, touching);
   int followed = most_followed(candidates_.size());
   while (find_approaching(v)) {

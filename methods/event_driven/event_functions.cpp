@@ -373,7 +373,8 @@ void EventFunctions::find_closing(const Function& f, const StepEnds& ends, Detec
     first = {f.kind, f.contact, from, (at_to - at_from) / ((to - from) * ends.h)};
 }
 
-/// Where the gap of a contact that may sink falls to -capture_height(), or by as much if it is negative.
+/// Finds where the gap of a contact that may sink is capture_height() below zero, or below its negative value at the left
+/// end.
 void EventFunctions::find_sunk(const Function& f, const StepEnds& ends, DetectedEvent& first) {
   const double level = scales_.capture_height(f.contact) - std::min(f.left, 0.0);
   const auto closing = gaps_.first_closing(f.contact, {.gap = level, .rounding = rounding(f)});

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <algorithm>
 #include <optional>
 #include <vector>
 
@@ -54,6 +55,7 @@ class EventFunctions {
   /// Before a run. @param tolerance  of the integration
   void start(double tolerance) {
     tolerance_ = tolerance;
+    std::ranges::fill(sinks_, 0);
     gaps_.restart();
   }
 

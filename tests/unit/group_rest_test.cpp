@@ -80,6 +80,18 @@ TEST(RowBetweenWalls, ComesToRestAtOnce) {
   }
 }
 
+TEST(GroupRest, LeavesNothingForTheNextRunOfASolver) {
+  const auto problem = make_problem("balls_in_box", {{"n", 5.0}, {"e", 0.0}});
+  const auto method = make_method("event_driven");
+  const auto solver = method->prepare(*problem);
+  Settings settings;
+  settings.tolerance = 1e-8;
+  const Solution first = solver->solve(settings), second = solver->solve(settings);
+  ASSERT_TRUE(first.succeeded() && second.succeeded()) << first.message << second.message;
+  EXPECT_EQ(first.q, second.q);
+  EXPECT_EQ(first.v, second.v);
+}
+
 TEST(GroupRest, HasNoDerivatives) {
   const auto problem = make_problem("balls_in_box", {{"n", 12.0}, {"e", 0.3}});
   const Solution solution = solve(*problem, 1e-8, {"v0:0"});
