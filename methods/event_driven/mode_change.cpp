@@ -94,6 +94,12 @@ bool ModeChange::is_slow(int contact, const Vector& v) const {
   return std::abs(law_.normal_velocity(contact, v)) <= low_speed_;
 }
 
+/// Whether a candidate is above its surface, or its gap changes.
+bool ModeChange::flies(int contact, const Vector& v) const {
+  return !std::ranges::binary_search(touching_, contact) ||
+         std::abs(law_.normal_velocity(contact, v)) > scales_.no_approach(contact);
+}
+
 /// Whether the contact that closes has bounced so often within its group that the rules of single contacts, which are
 /// exact up to rounding, do not end that.
 bool ModeChange::is_followed_enough(const DetectedEvent& cause) {
@@ -109,16 +115,13 @@ bool ModeChange::find_group(const Vector& q, const Vector& v) {
   group_.clear();
   const auto& candidates = impacts_.candidates();
   if (candidates.size() < 2 || !(scales_.capture_height(candidates.front()) > 0)) return false;
+  const auto in_flight = [&](int i) { return flies(i, v); };
+  if (std::ranges::none_of(candidates, in_flight)) return false;  // before the load is evaluated
   low_speed_ = impacts_.rest().low_speed(q, v, candidates);
-  bool flies = false;
   for (const int i : candidates) {
-    if (!is_slow(i, v)) continue;
-    group_.push_back(i);
-    const bool rests =
-        std::ranges::binary_search(touching_, i) && std::abs(law_.normal_velocity(i, v)) <= scales_.no_approach(i);
-    flies = flies || !rests;
+    if (is_slow(i, v)) group_.push_back(i);
   }
-  return flies && group_.size() > 1;
+  return group_.size() > 1 && std::ranges::any_of(group_, in_flight);
 }
 
 /// Leaves in group_ the contacts that satisfy group_rest.h (2). False when the load has no forces.
@@ -225,10 +228,8 @@ bool ModeChange::add_approaching(const Vector& v) {
 
 /// Moves (q, v) to where the group rests. False, and nothing is moved, where none of it flies or it is not at rest.
 bool ModeChange::capture(const std::vector<ContactMode>* before, Vector& q, Vector& v) {
-  const auto flies = [&](int i) {
-    return !std::ranges::binary_search(touching_, i) || std::abs(law_.normal_velocity(i, v)) > scales_.no_approach(i);
-  };
-  if (!drop_high_bounces(q, v) || group_.size() < 2 || std::ranges::none_of(group_, flies)) return false;
+  if (!drop_high_bounces(q, v) || group_.size() < 2 || std::ranges::none_of(group_, [&](int i) { return flies(i, v); }))
+    return false;
   if (!impacts_.rest().find_wedge(group_, lambda_n_).empty()) {
     refused_ = group_;
     return false;
@@ -255,7 +256,7 @@ bool ModeChange::capture(const std::vector<ContactMode>* before, Vector& q, Vect
   return false;
 }
 
-/// What stays closed after the impacts, in the dynamics; (q, v) are moved there.
+/// Sets in the dynamics which contacts stay closed after the impacts, and moves (q, v) to where they have no gap and rate.
 ModeChange::Outcome ModeChange::close(const DetectedEvent& cause, const std::vector<ContactMode>* before,
                                       Outcome outcome, Vector& q, Vector& v, const std::vector<int>& stopped) {
   std::vector<ContactMode>& next = modes_;

@@ -46,8 +46,8 @@ class ModeChange {
   Outcome decide(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Vector& q, Vector& v,
                  const std::vector<int>& stopped);
 
-  /// Open contacts that the next closing must not be of, before they have sunk by capture_height(): group_rest.h has
-  /// refused their group.
+  /// Open contacts that may sink by capture_height() before they close again: they belong to a group that is not at rest
+  /// (group_rest.h (3), (4)).
   const std::vector<int>& refused() const { return refused_; }
   /// See ImpactSequence.
   void keep_impacts(std::vector<ImpactSequence::Impact>* impacts) { impacts_.keep_impacts(impacts); }
@@ -62,6 +62,7 @@ class ModeChange {
   bool is_followed_enough(const DetectedEvent& cause);
   bool find_group(const Vector& q, const Vector& v);
   bool is_slow(int contact, const Vector& v) const;
+  bool flies(int contact, const Vector& v) const;
   bool drop_high_bounces(const Vector& q, const Vector& v);
   bool move_to_rest(const std::vector<ContactMode>* before, Vector& q, Vector& v);
   bool add_approaching(const Vector& v);
