@@ -55,7 +55,7 @@ class ContactScales {
   /// Largest gap of a contact that its equation keeps closed: rounding accumulates over many steps (StageEquations
   /// removes it from 1e-13 on). A flight that is no higher cannot be followed.
   double nearly_touching(int contact) const { return kClosedGapRounding * gap_[contact]; }
-  /// delta of group_capture.h: bounces of a group that are no higher count as rest [m].
+  /// delta of group_rest.h: bounces of a group that are no higher count as rest [m].
   double capture_height(int contact) const { return relative_height_ * gap_[contact]; }
   /// The gap that rounding of positions of size 1 + |q| makes, the size that tolerances are relative to. @param J_n  packed
   static double of_positions(const ContactInfo& contact, const double* J_n, const Vector& q) {

@@ -234,8 +234,8 @@ double GapSearch::error_of(int contact, const auto& of_coordinate) {
     if (is_clear_[contact]) return 0;
     chosen_[contact] = 1;
     problem_.normal_jacobian_of(chosen_.data(), path_.data(), packed_.data());
+    chosen_[contact] = 0;
   }
-  chosen_[contact] = 0;
   const double* J_n = (info.is_affine ? affine_J_n_ : packed_).data() + info.normal_begin;
   double error = 0;
   for (const int k : info.support) error += std::abs(*J_n++) * of_coordinate(k);

@@ -27,7 +27,7 @@ double GroupRest::low_speed(const Vector& q, const Eigen::Ref<const Vector>& v, 
   return std::sqrt(2 * load * height);
 }
 
-/// change' M change, M where the last call of ImpactSolver::prepare() was.
+/// change_' M(q) change_
 double GroupRest::energy(const Vector& q) {
   if (M_.size() == 0) M_.resize(problem_.n_q(), problem_.n_q());
   problem_.mass_matrix(q.data(), M_.data());

@@ -9,8 +9,8 @@
 
 namespace ricochet {
 
-/// What counts as rest of a group of contacts. Bodies that settle together hit each other infinitely often in a finite
-/// time, at several contacts S, each time lower. With the height delta = ContactScales::capture_height() the bounces end
+/// Decides whether a group of contacts is at rest. Bodies that settle together hit each other infinitely often in a
+/// finite time, at several contacts S, each time lower. With the height delta = ContactScales::capture_height() the bounces end
 /// where
 ///
 ///   gap_i <= delta,   |r_i| <= v_low = sqrt(2 |a| delta),   r_i = J_n^i' v                                  (1)
@@ -20,8 +20,8 @@ namespace ricochet {
 /// G = N' M^-1 N, N = (J_n^i). Then all are closed, and q and v are moved to where no gap and no rate is left. What
 /// follows is within delta of the motion: if all of S come to rest, v+ is unique (impact_sequence.h (2)).
 ///
-/// Where contacts nearly depend on each other, as those of a disc between two others that nearly touch, small rates r
-/// and gaps g may belong to large velocities, and the bodies are not at rest. A change of state (dq, dv) is explained by
+/// Normals may nearly depend on each other: a disc sits between two discs that nearly touch. Small rates r and gaps g
+/// then belong to large velocities, and the bodies are not at rest. A change of state (dq, dv) is explained by
 /// them if
 ///
 ///   dv' M dv <= 16 n^2 sum_i r_i^2 / G_ii,    dq' M dq <= 16 n^2 sum_i g_i^2 / G_ii,     i = 1, .., n       (3)

@@ -46,7 +46,7 @@ class ImpactSolver {
   /// not positive definite, or bilateral constraints depend on each other.
   bool prepare(const Vector& q, std::span<const int> touching);
 
-  /// What (2) makes of the approach: that of the scene, or eps_r = 0 for all.
+  /// Restitution in (2): that of the scene, or eps_r = 0 for all contacts.
   enum class Rebound : std::uint8_t { of_scene, none };
 
   /// (1)-(3). @param together  contacts of the impact, ascending, among those of prepare()
