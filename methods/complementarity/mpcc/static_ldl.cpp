@@ -271,22 +271,21 @@ void StaticLdl::prepare(const double* values, bool by_size) {
 /// Subtracts a column of L from the row that is being made, and appends the row to the column.
 template <int columns, int rows>
 void StaticLdl::eliminate(Node& column, Node& row) {
-  double y[2][2] = {};  // [column][row]
+  using Values = Eigen::Array<double, rows, 1>;
+  Values y[2] = {Values::Zero(), Values::Zero()};  // per column
   for (int c = 0; c < columns; ++c) {
-    for (int r = 0; r < rows; ++r) {
-      double& value = row_[2 * (column.first + c) + r];
-      y[c][r] = std::exchange(value, 0.0);
-    }
+    Eigen::Map<Values> values(row_.data() + 2 * (column.first + c));
+    y[c] = values;
+    values.setZero();
   }
   const int* L_row = L_row_.data() + column.rows;
   double* L = L_.data() + column.values;
   for (int p = 0; p < column.filled; ++p) {
-    double* target = row_.data() + 2 * L_row[p];
-    for (int r = 0; r < rows; ++r) {
-      double sum = L[p * columns] * y[0][r];
-      if constexpr (columns == 2) sum += L[p * columns + 1] * y[1][r];
-      target[r] -= sum;
-    }
+    Eigen::Map<Values> target(row_.data() + 2 * L_row[p]);
+    if constexpr (columns == 2)
+      target -= L[2 * p] * y[0] + L[2 * p + 1] * y[1];
+    else
+      target -= L[p] * y[0];
   }
   double l[2][2] = {};  // [row][column]
   for (int r = 0; r < rows; ++r) {
