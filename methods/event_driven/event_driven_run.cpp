@@ -17,6 +17,7 @@ constexpr double kShortestRefined = 1e-6;  // of the end time: step that becomes
 constexpr int kMaxStandstills = 100;       // a few events may coincide
 constexpr int kFewStandstills = 4;         // after which a contact that opens or closes may sink
 constexpr int kMaxLandings = 8;
+constexpr double kLater = 1e-9;  // of a step: to where find() locates its event
 constexpr long kMaxSteps = 10'000'000;
 constexpr long kStepsPerMark = 100'000;   // steps between two looks at the progress
 constexpr double kLeastProgress = 1e-5;   // of the end time, between these
@@ -158,8 +159,8 @@ bool EventDrivenRun::take_step() {
   if (!step_.finish()) return stop_undetermined();
   DetectedEvent event = info_.n_c() > 0 ? functions_.find(ends_) : DetectedEvent();
   if (event) {
-    double until = event.theta * h;
-    if (!reach(event, until)) {
+    double until = h;
+    if (!reach_first(event, until)) {
       h_ = 0.5 * h;
       was_rejected_ = true;
       return true;
@@ -212,6 +213,24 @@ bool EventDrivenRun::check_step() {
   const int contact = functions_.sunk(ends_.q1.data());
   return contact < 0 || stop(Status::infeasible, fmt::format("bodies pass through each other at contact '{}'",
                                                              info_.contacts[contact].name));
+}
+
+/// A step to the first event. One that is met later than it has been found, as a grazing contact is, may come after
+/// another one. @param event  in and out @param h  of the step in which it has been found, out: to the event [s]
+/// @return false where none is reached
+bool EventDrivenRun::reach_first(DetectedEvent& event, double& h) {
+  for (int k = 0; k < kMaxLandings; ++k) {
+    const double found = event.theta * h;
+    h = found;
+    if (!reach(event, h)) return false;
+    if (h <= (1 + kLater) * found) return true;
+    ends_.h = h;
+    functions_.begin_step();
+    const DetectedEvent other = functions_.find(ends_);
+    if (!other || other.theta >= 1 - kLater) return true;
+    event = other;
+  }
+  return false;
 }
 
 /// A step of length h [s] to the event. @return false where (2) does not come to hold

@@ -54,6 +54,7 @@ class EventDrivenRun {
   bool take_step();
   bool check_step();
   bool leaves_region(double h);
+  bool reach_first(DetectedEvent& event, double& h);
   bool reach(DetectedEvent& event, double& h);
   bool land(double h);
   bool change_modes(const DetectedEvent& cause);
