@@ -228,12 +228,15 @@ bool ModeChange::add_approaching(const Vector& v) {
 
 /// Moves (q, v) to where the group rests. False, and nothing is moved, where none of it flies or it is not at rest.
 bool ModeChange::capture(const std::vector<ContactMode>* before, Vector& q, Vector& v) {
-  if (!drop_high_bounces(q, v) || group_.size() < 2 || std::ranges::none_of(group_, [&](int i) { return flies(i, v); }))
-    return false;
-  if (!impacts_.rest().find_wedge(group_, lambda_n_).empty()) {
-    refused_ = group_;
-    return false;
+  bool has_wedge = true;
+  while (has_wedge) {
+    if (!drop_high_bounces(q, v) || group_.size() < 2) return false;
+    const auto& wedge = impacts_.rest().find_wedge(group_, lambda_n_);
+    has_wedge = !wedge.empty();
+    refused_.insert(refused_.end(), wedge.begin(), wedge.end());
+    std::erase_if(group_, [&](int i) { return std::ranges::count(wedge, i) > 0; });
   }
+  if (std::ranges::none_of(group_, [&](int i) { return flies(i, v); })) return false;
   q_before_ = q;
   v_before_ = v;
   bool is_moved = true;
@@ -252,7 +255,7 @@ bool ModeChange::capture(const std::vector<ContactMode>* before, Vector& q, Vect
   }
   q = q_before_;
   v = v_before_;
-  refused_ = group_;
+  refused_.insert(refused_.end(), group_.begin(), group_.end());
   return false;
 }
 
