@@ -25,7 +25,9 @@ ImpactSequence::ImpactSequence(const Problem& problem, ContactScales& scales, Im
   impulse_t_.setZero(info.n_lambda_t);
   gap_.setZero(info.n_c());
   v_.setZero(info.n_q);
-  v_before_ = v_;
+  v_before_ = v_start_ = v_;
+  Lambda_n_start_ = impulse_n_;
+  Lambda_t_start_ = impulse_t_;
   group_.reserve(info.contacts.size());
   is_left_.assign(info.contacts.size(), 0);
 }
@@ -174,6 +176,32 @@ bool ImpactSequence::find_next(const Vector& q, const Eigen::Ref<const Vector>& 
 ImpactSequence::Outcome ImpactSequence::apply_impacts(const Vector& q, const std::vector<ContactMode>* before,
                                                       std::vector<int>& touching, Eigen::Ref<Vector> v,
                                                       Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
+  v_start_ = v;
+  Lambda_n_start_ = Lambda_n;
+  Lambda_t_start_ = Lambda_t;
+  const std::size_t n_kept = kept_ ? kept_->size() : 0;
+  Outcome outcome = follow_impacts(q, before, touching, v, Lambda_n, Lambda_t);
+  if (outcome.result == Result::done && outcome.n_impacts > 1) {
+    impulse_n_ = Lambda_n - Lambda_n_start_;
+    if (leave_wedge(candidates_, q, v_start_)) {  // none of its impacts alone showed it
+      v = v_start_;
+      Lambda_n = Lambda_n_start_;
+      Lambda_t = Lambda_t_start_;
+      if (kept_) kept_->resize(n_kept);
+      outcome = follow_impacts(q, before, touching, v, Lambda_n, Lambda_t);
+    }
+  }
+  if (outcome.result != Result::done || outcome.n_impacts == 0) return outcome;
+  for (const int i : candidates_) {
+    if (Lambda_n[i] > 0 && std::ranges::count(touching, i) == 0) touching.push_back(i);
+  }
+  std::ranges::sort(touching);
+  return outcome;
+}
+
+ImpactSequence::Outcome ImpactSequence::follow_impacts(const Vector& q, const std::vector<ContactMode>* before,
+                                                       const std::vector<int>& touching, Eigen::Ref<Vector> v,
+                                                       Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t) {
   Outcome outcome;
   const auto failed = [&](Result result) {
     outcome.result = result;
@@ -203,7 +231,7 @@ ImpactSequence::Outcome ImpactSequence::apply_impacts(const Vector& q, const std
     v_before_ = v;
     const bool is_solved = law_.impact(together_, approaching_, v, impulse_n_, impulse_t_) == LcpStatus::solved;
     if (!is_solved && !is_slow(q, v_before_)) return failed(Result::no_impulse);
-    if (!is_solved || leave_wedge(q, v_before_)) {
+    if (!is_solved || leave_wedge(together_, q, v_before_)) {
       v = v_before_;
       if (kept_) kept_->pop_back();
       if (!is_solved) leave_approaching();
@@ -217,11 +245,6 @@ ImpactSequence::Outcome ImpactSequence::apply_impacts(const Vector& q, const std
     Lambda_t += impulse_t_;
     has_forces = find_next(q, v, Lambda_n, before, touching);
   }
-  if (outcome.n_impacts == 0) return outcome;
-  for (const int i : candidates_) {
-    if (Lambda_n[i] > 0 && std::ranges::count(touching, i) == 0) touching.push_back(i);
-  }
-  std::ranges::sort(touching);
   return outcome;
 }
 
@@ -231,10 +254,11 @@ double ImpactSequence::fastest_approach(const Eigen::Ref<const Vector>& v) const
   return fastest;
 }
 
-/// Takes the contacts of a wedge out of the impacts of this instant. False where there is none.
-bool ImpactSequence::leave_wedge(const Vector& q, const Eigen::Ref<const Vector>& v) {
-  if (together_.size() < 2) return false;
-  const auto& wedge = rest_.find_wedge(together_, impulse_n_);
+/// Takes the contacts of a wedge, which impulse_n_ shows among `contacts`, out of the impacts of this instant. False where
+/// there is none.
+bool ImpactSequence::leave_wedge(const std::vector<int>& contacts, const Vector& q, const Eigen::Ref<const Vector>& v) {
+  if (contacts.size() < 2) return false;
+  const auto& wedge = rest_.find_wedge(contacts, impulse_n_);
   if (wedge.empty() || !(rest_.low_speed(q, v, candidates_) > 0)) return false;
   for (const int i : wedge) is_left_[i] = 1;
   std::erase_if(together_, [&](int i) { return is_left_[i] != 0; });

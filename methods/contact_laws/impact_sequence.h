@@ -81,6 +81,8 @@ class ImpactSequence {
   bool apply_impact(Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
 
  private:
+  Outcome follow_impacts(const Vector& q, const std::vector<ContactMode>* before, const std::vector<int>& touching,
+                         Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
   void record_impact(const Eigen::Ref<const Vector>& v);
   bool approaches(int contact, const Eigen::Ref<const Vector>& v) const;
   bool find_approaching(const Eigen::Ref<const Vector>& v);
@@ -92,7 +94,7 @@ class ImpactSequence {
                  const std::vector<ContactMode>* before, const std::vector<int>& touching);
   bool come_to_rest(const Vector& q, Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
   void leave_approaching();
-  bool leave_wedge(const Vector& q, const Eigen::Ref<const Vector>& v);
+  bool leave_wedge(const std::vector<int>& contacts, const Vector& q, const Eigen::Ref<const Vector>& v);
   bool is_slow(const Vector& q, const Eigen::Ref<const Vector>& v);
   double fastest_approach(const Eigen::Ref<const Vector>& v) const;
   bool add_unless_pulled_apart(const std::vector<int>& contacts, const Vector& q, const Eigen::Ref<const Vector>& v);
@@ -106,6 +108,7 @@ class ImpactSequence {
   std::vector<ImpactSolver::ClosedContact> resting_;
   Vector impulse_n_, impulse_t_;  // impulses of one impact
   Vector gap_, v_, v_before_;
+  Vector v_start_, Lambda_n_start_, Lambda_t_start_;  // before the first impact
   GroupRest rest_;
   std::vector<int> group_;
   std::vector<char> is_left_;  // n_c
