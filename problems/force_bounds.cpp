@@ -15,7 +15,6 @@ ForceBounds::ForceBounds(const Problem& problem)
     : problem_(problem),
       info_(problem.info()),
       modes_(problem.info().contacts.size(), ContactMode::open),
-      is_closed_(modes_.size(), 0),
       is_held_(modes_.size(), 0),
       held_(static_cast<std::size_t>(problem.info().n_lambda_t), 0),
       row_(modes_.size(), -1) {
@@ -43,8 +42,7 @@ void ForceBounds::set_modes(std::span<const ContactMode> modes) {
   is_on_polygon_ = false;
   for (int i = 0; i < info_.n_c(); ++i) {
     const ContactMode mode = modes_[i];
-    is_closed_[i] = is_closed(mode);
-    if (!is_closed_[i]) continue;
+    if (!is_closed(mode)) continue;
     closed_.push_back(i);
     row_[i] = static_cast<int>(size_);
     size_ += 1 + (mode == ContactMode::stick ? info_.contacts[i].n_t : 0);
@@ -85,8 +83,8 @@ void ForceBounds::set_matrix(const Interval* q, const Interval* v) {
   for (Eigen::Index k = 0; k < n; ++k) {
     for (Eigen::Index l = 0; l < n; ++l) K(l, k) = M_[l + k * n];
   }
-  problem_.normal_bounds(is_closed_.data(), q, normal_.data());
-  if (info_.has_friction()) problem_.tangent_bounds(is_closed_.data(), q, tangent_.data());
+  problem_.normal_bounds(closed_, q, normal_.data());
+  if (info_.has_friction()) problem_.tangent_bounds(closed_, q, tangent_.data());
   for (const int i : closed_) {
     const auto& contact = info_.contacts[i];
     const Eigen::Index row = row_[i];
@@ -133,8 +131,8 @@ void ForceBounds::set_right_side(const Interval* q, const Interval* v) {
   problem_.force_bounds(q, v, info_.u.data(), b_.data());
   const auto is_curved = [&](int i) { return !info_.contacts[i].is_affine || info_.contacts[i].is_moving; };
   if (std::ranges::none_of(closed_, is_curved)) return;
-  problem_.gap_bias_bounds(is_closed_.data(), q, v, bias_.data());
-  if (info_.has_friction()) problem_.slip_derivative_bounds(is_closed_.data(), q, v, T_.data());
+  problem_.gap_bias_bounds(closed_, q, v, bias_.data());
+  if (info_.has_friction()) problem_.slip_derivative_bounds(closed_, q, v, T_.data());
   for (const int i : closed_) {
     if (!is_curved(i)) continue;
     const auto& contact = info_.contacts[i];

@@ -62,7 +62,6 @@ class ForceBounds {
   const ProblemInfo& info_;
   std::vector<ContactMode> modes_;
   std::vector<int> closed_;
-  std::vector<char> is_closed_;                                      // by contact
   std::vector<char> is_held_;                                        // the same
   std::vector<double> held_;                                         // n_lambda_t
   std::vector<int> row_;                                             // by contact, of its first unknown force

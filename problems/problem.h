@@ -248,39 +248,41 @@ class Problem {
                                         const double* v, double* b) const {
     gap_acceleration_bias(q, v, b);
   }
-  /// J_n of the contacts whose entry in `chosen` (n_c) is not zero; the other entries may stay unchanged.
-  virtual void normal_jacobian_of([[maybe_unused]] const char* chosen, const double* q, double* J_n) const {
+  /// J_n of these `contacts`, likewise.
+  virtual void normal_jacobian_of([[maybe_unused]] std::span<const int> contacts, const double* q,
+                                  double* J_n) const {
     normal_jacobian(q, J_n);
   }
-  /// J_t of the `chosen` contacts, likewise.
-  virtual void tangent_jacobian_of([[maybe_unused]] const char* chosen, const double* q, double* J_t) const {
+  /// J_t of these `contacts`, likewise.
+  virtual void tangent_jacobian_of([[maybe_unused]] std::span<const int> contacts, const double* q,
+                                   double* J_t) const {
     tangent_jacobian(q, J_t);
   }
   virtual double potential_energy(const double* q) const = 0;  ///< [J]; 0 unless structure.has_potential
 
   // Bounds over boxes, for proofs that nothing happens within a step. Each result contains the value of the function of
   // the same name for all arguments in the boxes q and v. Sizes are those of that function; time is a coordinate like
-  // the others. Defined if structure.has_bounds; they cost about ten times as much as the values. Entries of contacts
-  // whose entry in `chosen` (n_c; null: all chosen) is zero are undefined.
+  // the others. Defined if structure.has_bounds; they cost about ten times as much as the values. Entries of other
+  // contacts than the stated ones are undefined.
   /// M: bounds of mass_matrix() over q.
   virtual void mass_bounds([[maybe_unused]] const Interval* q, [[maybe_unused]] Interval* M) const {}
   /// f: bounds of force() over q and v, at u.
   virtual void force_bounds([[maybe_unused]] const Interval* q, [[maybe_unused]] const Interval* v,
                             [[maybe_unused]] const double* u, [[maybe_unused]] Interval* f) const {}
-  /// f_c: bounds of gap() over q, of contacts with `chosen`.
-  virtual void gap_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
+  /// f_c: bounds of gap() over q, of these `contacts`.
+  virtual void gap_bounds([[maybe_unused]] std::span<const int> contacts, [[maybe_unused]] const Interval* q,
                           [[maybe_unused]] Interval* f_c) const {}
-  /// J_n: bounds of normal_jacobian() over q, of contacts with `chosen`.
-  virtual void normal_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
+  /// J_n: bounds of normal_jacobian() over q, of these `contacts`.
+  virtual void normal_bounds([[maybe_unused]] std::span<const int> contacts, [[maybe_unused]] const Interval* q,
                              [[maybe_unused]] Interval* J_n) const {}
-  /// J_t: bounds of tangent_jacobian() over q, of contacts with `chosen`.
-  virtual void tangent_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
+  /// J_t: bounds of tangent_jacobian() over q, of these `contacts`.
+  virtual void tangent_bounds([[maybe_unused]] std::span<const int> contacts, [[maybe_unused]] const Interval* q,
                               [[maybe_unused]] Interval* J_t) const {}
-  /// b: bounds of gap_acceleration_bias() over q and v, of contacts with `chosen`.
-  virtual void gap_bias_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
+  /// b: bounds of gap_acceleration_bias() over q and v, of these `contacts`.
+  virtual void gap_bias_bounds([[maybe_unused]] std::span<const int> contacts, [[maybe_unused]] const Interval* q,
                                [[maybe_unused]] const Interval* v, [[maybe_unused]] Interval* b) const {}
-  /// T: bounds of slip_velocity_derivative() over q and v, of contacts with `chosen`.
-  virtual void slip_derivative_bounds([[maybe_unused]] const char* chosen, [[maybe_unused]] const Interval* q,
+  /// T: bounds of slip_velocity_derivative() over q and v, of these `contacts`.
+  virtual void slip_derivative_bounds([[maybe_unused]] std::span<const int> contacts, [[maybe_unused]] const Interval* q,
                                       [[maybe_unused]] const Interval* v, [[maybe_unused]] Interval* T) const {}
 
   /// psi: bounds of switching() over q and v.

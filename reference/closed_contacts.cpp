@@ -5,7 +5,6 @@ namespace ricochet::reference {
 ClosedContacts::ClosedContacts(const Problem& problem)
     : problem_(problem),
       modes_(problem.info().contacts.size(), ContactMode::open),
-      is_part_(problem.info().contacts.size(), false),
       direction_(Vector::Zero(problem.info().n_lambda_t)),
       holds_direction_(problem.info().contacts.size(), false),
       packed_n_(problem.info().n_normal_entries),
@@ -24,8 +23,7 @@ void ClosedContacts::set_modes(const std::vector<ContactMode>& modes) {
   follows_velocity_ = false;
   for (int i = 0; i < problem_.n_c(); ++i) {
     holds_direction_[i] = false;
-    is_part_[i] = is_closed(modes[i]);
-    if (!is_part_[i]) continue;
+    if (!is_closed(modes[i])) continue;
     const auto& contact = problem_.info().contacts[i];
     const int n_t = modes[i] == ContactMode::closed ? 0 : contact.n_t, n_stuck = is_slipping(modes[i]) ? 0 : n_t;
     closed_.push_back(i);
@@ -48,8 +46,8 @@ void ClosedContacts::hold_direction(int i, const Vector& d) {
 }
 
 void ClosedContacts::evaluate(const double* q) {
-  problem_.normal_jacobian_of(is_part_.data(), q, packed_n_.data());
-  if (columns_.size() > parts_.size()) problem_.tangent_jacobian_of(is_part_.data(), q, packed_t_.data());
+  problem_.normal_jacobian_of(closed_, q, packed_n_.data());
+  if (columns_.size() > parts_.size()) problem_.tangent_jacobian_of(closed_, q, packed_t_.data());
 }
 
 void ClosedContacts::set_directions(const double* v) {

@@ -56,7 +56,6 @@ class ClosedContacts {
   std::vector<int> closed_;
   std::vector<Part> parts_;
   std::vector<Column> columns_, unknowns_;
-  std::vector<char> is_part_;  // n_c
   bool is_affine_ = false, follows_velocity_ = false;
   Vector direction_;                   // n_lambda_t: of slipping contacts
   std::vector<char> holds_direction_;  // n_c

@@ -38,8 +38,6 @@ StepWatch::StepWatch(const Problem& problem, const Scales& scales, double tolera
       packed_t_(problem.info().n_tangent_entries),
       start_(motion.n_roots()),
       stop_(motion.n_roots()),
-      is_curved_open_(problem.info().contacts.size(), false),
-      is_curved_closed_(problem.info().contacts.size(), false),
       gaps_(problem.n_c()),
       middle_(2 * problem.n_q()),
       y_(2 * problem.n_q()),
@@ -101,11 +99,11 @@ void StepWatch::list_functions() {
     }
     functions_.push_back(f);
   };
+  for (auto* list : {&curved_open_, &curved_closed_}) list->clear();
   for (const int i : info.unilateral) {
     const auto& contact = info.contacts[i];
     const ContactMode mode = dynamics_.modes()[i];
-    is_curved_open_[i] = !is_closed(mode) && !contact.is_affine;
-    is_curved_closed_[i] = is_closed(mode) && !contact.is_affine;
+    if (!contact.is_affine) (is_closed(mode) ? curved_closed_ : curved_open_).push_back(i);
     if (!is_closed(mode)) {
       const double slack = tolerance_ * size(contact, packed_n_.data() + contact.normal_begin, 0, scales_.position());
       add({Kind::gap, i, i, slack, 0});
@@ -199,9 +197,9 @@ void StepWatch::set_boxes() {
     rate_box_[k] = {rate - rate_way, rate + rate_way};
   }
   if (!problem_.info().structure.has_bounds) return;
-  if (std::ranges::count(is_curved_open_, true) == 0) return;
-  problem_.gap_bounds(is_curved_open_.data(), box_.data(), gap_box_.data());
-  problem_.normal_bounds(is_curved_open_.data(), box_.data(), normal_.data());
+  if (curved_open_.empty()) return;
+  problem_.gap_bounds(curved_open_, box_.data(), gap_box_.data());
+  problem_.normal_bounds(curved_open_, box_.data(), normal_.data());
 }
 
 /// x_j += factor J' x_j, of q or of v.
@@ -255,7 +253,7 @@ void StepWatch::bounds_of(const Function& function, Interval& value, Interval& r
         of_polynomial(x, x[0] + function.offset);
       } else if (has_bounds) {  // (5)
         if (!has_boxes_) set_boxes();
-        if (!has_slips_) problem_.tangent_bounds(is_curved_closed_.data(), box_.data(), tangent_.data());
+        if (!has_slips_) problem_.tangent_bounds(curved_closed_, box_.data(), tangent_.data());
         has_slips_ = true;
         value = function.offset;
         for (int k = 0; k < contact.n_t; ++k) {

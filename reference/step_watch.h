@@ -104,7 +104,7 @@ class StepWatch {
   std::vector<Function> functions_;
   Vector start_, stop_;  // values at its ends
   bool has_start_ = false;
-  std::vector<char> is_curved_open_, is_curved_closed_;
+  std::vector<int> curved_open_, curved_closed_;
   // Data of the current piece.
   Matrix shifted_;  // (degree + 1) x 2 n_q, about its middle
   double radius_ = 0;

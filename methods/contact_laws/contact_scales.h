@@ -57,6 +57,9 @@ class ContactScales {
   double nearly_touching(int contact) const { return kClosedGapRounding * gap_[contact]; }
   /// delta of group_rest.h: bounces of a group that are no higher count as rest [m].
   double capture_height(int contact) const { return relative_height_ * gap_[contact]; }
+  /// Largest part of their terms by which equations of redundant contacts may differ: a group at rest holds its gaps up
+  /// to the tolerance, so that they depend on each other up to that, too.
+  double redundant() const { return kRedundantHeights * relative_height_; }
   /// The gap that rounding of positions of size 1 + |q| makes, the size that tolerances are relative to. @param J_n  packed
   static double of_positions(const ContactInfo& contact, const double* J_n, const Vector& q) {
     return kGapRounding * packed_terms(contact, J_n + contact.normal_begin, 1 + q.array().abs());
@@ -75,6 +78,7 @@ class ContactScales {
   static constexpr double kGapRounding = 64 * std::numeric_limits<double>::epsilon();
   static constexpr double kVelocityRounding = 64 * std::numeric_limits<double>::epsilon();
   static constexpr double kStageRounding = 1e-12;
+  static constexpr double kRedundantHeights = 100;
 
  private:
   static constexpr double kClosedGapRounding = 2e-13;

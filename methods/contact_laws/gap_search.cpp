@@ -34,7 +34,8 @@ GapSearch::GapSearch(const Problem& problem, int degree)
   for (auto* box : {&box_, &path_box_}) box->assign(n_q, Interval(0.0));
   gaps_.assign(n_c, Interval(0.0));
   J_n_.assign(static_cast<std::size_t>(info_.n_normal_entries), Interval(0.0));
-  for (auto* flags : {&chosen_, &is_far_, &is_clear_}) flags->assign(n_c, 0);
+  for (auto* flags : {&is_far_, &is_clear_}) flags->assign(n_c, 0);
+  near_.reserve(n_c);
   q_.setZero(info_.n_q);
   path_error_ = q_;
   gap_.setZero(info_.n_c());
@@ -51,11 +52,9 @@ void GapSearch::restart() {
 
 /// The contacts that are clear in a new wide box.
 void GapSearch::prove_wide_box() {
-  for (const int i : curved_) chosen_[i] = 1;
-  problem_.gap_bounds(chosen_.data(), wide_box_.box().data(), gaps_.data());
+  problem_.gap_bounds(curved_, wide_box_.box().data(), gaps_.data());
   bool one_is = false, all_are = true;
   for (const int i : curved_) {
-    chosen_[i] = 0;
     is_far_[i] = gaps_[i].lower > 0;
     one_is = one_is || is_far_[i];
     all_are = all_are && is_far_[i];
@@ -77,18 +76,14 @@ void GapSearch::begin(std::span<const ContactMode> modes) {
     return Interval(range.lower - more, range.upper + more);
   };
   if (wide_box_.follow(path_box_, watched_, extend)) prove_wide_box();
-  bool is_near = false;
+  near_.clear();
   for (const int i : curved_) {
     is_clear_[i] = wide_box_.exists() && is_far_[i];
-    chosen_[i] = !is_clear_[i] && is_open(i);
-    is_near = is_near || chosen_[i];
+    if (!is_clear_[i] && is_open(i)) near_.push_back(i);
   }
-  if (!is_near) return;
-  problem_.gap_bounds(chosen_.data(), path_box_.data(), gaps_.data());  // (4)
-  for (const int i : curved_) {
-    if (chosen_[i]) is_clear_[i] = gaps_[i].lower >= 0;
-    chosen_[i] = 0;
-  }
+  if (near_.empty()) return;
+  problem_.gap_bounds(near_, path_box_.data(), gaps_.data());  // (4)
+  for (const int i : near_) is_clear_[i] = gaps_[i].lower >= 0;
 }
 
 /// (3)
@@ -157,9 +152,10 @@ GapSearch::Verdict GapSearch::judge_affine(const Allowance& allowance, const Pie
 }
 
 /// J_n at s joins the estimate of its bounds.
-void GapSearch::estimate_normal(const ContactInfo& contact, double s, bool is_first) {
+void GapSearch::estimate_normal(int i, double s, bool is_first) {
+  const auto& contact = info_.contacts[static_cast<std::size_t>(i)];
   move_to(contact, s);
-  problem_.normal_jacobian_of(chosen_.data(), q_.data(), packed_.data());
+  problem_.normal_jacobian_of({&i, 1}, q_.data(), packed_.data());
   for (std::size_t k = 0; k < contact.support.size(); ++k) {
     const auto at = static_cast<std::size_t>(contact.normal_begin) + k;
     const double entry = packed_[static_cast<Eigen::Index>(at)];
@@ -168,11 +164,12 @@ void GapSearch::estimate_normal(const ContactInfo& contact, double s, bool is_fi
 }
 
 /// J_n(Q)
-void GapSearch::bound_normal(const ContactInfo& contact, const Piece& piece) {
-  if (has_bounds_) return problem_.normal_bounds(chosen_.data(), box_.data(), J_n_.data());
-  estimate_normal(contact, piece.from, true);
-  estimate_normal(contact, 0.5 * (piece.from + piece.to), false);
-  estimate_normal(contact, piece.to, false);
+void GapSearch::bound_normal(int i, const Piece& piece) {
+  if (has_bounds_) return problem_.normal_bounds({&i, 1}, box_.data(), J_n_.data());
+  estimate_normal(i, piece.from, true);
+  estimate_normal(i, 0.5 * (piece.from + piece.to), false);
+  estimate_normal(i, piece.to, false);
+  const auto& contact = info_.contacts[static_cast<std::size_t>(i)];
   for (std::size_t k = 0; k < contact.support.size(); ++k) {
     Interval& entry = J_n_[static_cast<std::size_t>(contact.normal_begin) + k];
     entry = {entry.lower - entry.width(), entry.upper + entry.width()};
@@ -186,10 +183,10 @@ GapSearch::Verdict GapSearch::judge_curved(int i, const Allowance& allowance, co
     for (std::size_t k = 0; k < contact.support.size(); ++k)
       box_[static_cast<std::size_t>(contact.support[k])] =
           bernstein::range(b + k * static_cast<std::size_t>(degree_ + 1), degree_);
-    problem_.gap_bounds(chosen_.data(), box_.data(), gaps_.data());
+    problem_.gap_bounds({&i, 1}, box_.data(), gaps_.data());
     if (gaps_[static_cast<std::size_t>(i)].lower >= -allowed) return Verdict::clear;  // (4)
   }
-  bound_normal(contact, piece);
+  bound_normal(i, piece);
   Interval rate = 0.0;
   for (std::size_t k = 0; k < contact.support.size(); ++k)
     rate += J_n_[static_cast<std::size_t>(contact.normal_begin) + k] *
@@ -218,23 +215,17 @@ GapSearch::Closing GapSearch::first_closing(int contact, const Allowance& allowe
   double* b = coefficients(0);
   for (const int k : info.support) {
     for (int j = 0; j <= degree_; ++j) *b++ = path_(k, j);
+    box_[static_cast<std::size_t>(k)] = path_box_[static_cast<std::size_t>(k)];
   }
-  std::copy(path_box_.begin(), path_box_.end(), box_.begin());
-  chosen_[contact] = 1;
-  const Closing closing =
-      first_piece(static_cast<int>(info.support.size()), moves_along ? kMaxPieces : 0,
-                  [&](const Piece& piece, const double* at) { return judge_curved(contact, allowed, piece, at); });
-  chosen_[contact] = 0;
-  return closing;
+  return first_piece(static_cast<int>(info.support.size()), moves_along ? kMaxPieces : 0,
+                     [&](const Piece& piece, const double* at) { return judge_curved(contact, allowed, piece, at); });
 }
 
 double GapSearch::error_of(int contact, const auto& of_coordinate) {
   const auto& info = info_.contacts[contact];
   if (!info.is_affine) {
     if (is_clear_[contact]) return 0;
-    chosen_[contact] = 1;
-    problem_.normal_jacobian_of(chosen_.data(), path_.data(), packed_.data());
-    chosen_[contact] = 0;
+    problem_.normal_jacobian_of({&contact, 1}, path_.data(), packed_.data());
   }
   const double* J_n = (info.is_affine ? affine_J_n_ : packed_).data() + info.normal_begin;
   double error = 0;

@@ -112,8 +112,8 @@ class GapSearch {
   Verdict judge_curved(int contact, const Allowance& allowance, const Piece& piece, const double* b);
   double* coefficients(std::size_t piece) { return data_.data() + piece * static_cast<std::size_t>(piece_size_); }
   void set_gap_coefficients(int contact, double* g) const;
-  void bound_normal(const ContactInfo& contact, const Piece& piece);
-  void estimate_normal(const ContactInfo& contact, double s, bool is_first);
+  void bound_normal(int contact, const Piece& piece);
+  void estimate_normal(int contact, double s, bool is_first);
   double error_of(int contact, const auto& of_coordinate);
   void move_to(const ContactInfo& contact, double s);
   void prove_wide_box();
@@ -131,7 +131,7 @@ class GapSearch {
   std::vector<Piece> pieces_;             // the next one last
   std::vector<Interval> box_, path_box_;  // n_q
   std::vector<Interval> gaps_, J_n_;      // n_c, packed
-  std::vector<char> chosen_;              // per contact
+  std::vector<int> near_;                 // curved contacts that the wide box does not clear
   std::vector<char> is_far_, is_clear_;   // per contact: clear in the wide box, or along this path
   WideBox wide_box_;
   Vector path_error_, q_, gap_, left_gap_;

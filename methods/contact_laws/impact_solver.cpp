@@ -293,7 +293,9 @@ LcpStatus ImpactSolver::contact_forces(const Vector& q, const Vector& v, std::sp
       }
     }
     const bool is_newton = problem_.info().impact_law.hypothesis == ImpactHypothesis::newton;
-    const LcpStatus status = is_newton ? solve_island(ContactScales::kVelocityRounding * size) : solve_stated(v);
+    LcpStatus status = is_newton ? solve_island(ContactScales::kVelocityRounding * size) : solve_stated(v);
+    if (status != LcpStatus::solved && is_newton && scales_.redundant() > 0)
+      status = solve_island(scales_.redundant() * size);
     if (status != LcpStatus::solved) return status;
     const double* r = r_.data();
     for (std::size_t k = 0; k < members.size(); ++k) {

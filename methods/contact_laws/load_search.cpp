@@ -32,7 +32,7 @@ LoadSearch::LoadSearch(const Problem& problem, int degree)
   pieces_.reserve(kDeepest + 2);
   for (auto* box : {&box_, &path_box_}) box->assign(n, Interval(0.0));
   middle_.setZero(2 * info_.n_q);
-  chosen_.assign(n_c, 0);
+  turning_.reserve(n_c);
   J_t_.assign(static_cast<std::size_t>(info_.n_tangent_entries), Interval(0.0));
   affine_J_t_.setZero(info_.n_tangent_entries);
   if (info_.has_friction()) problem.tangent_jacobian(info_.q0.data(), affine_J_t_.data());
@@ -46,7 +46,10 @@ void LoadSearch::set_modes(std::span<const ContactMode> modes) {
   forces_.set_modes(modes);
   functions_.clear();
   is_far_.clear();
-  for (std::size_t i = 0; i < modes.size(); ++i) chosen_[i] = is_slipping(modes[i]) && !info_.contacts[i].is_affine;
+  turning_.clear();
+  for (std::size_t i = 0; i < modes.size(); ++i) {
+    if (is_slipping(modes[i]) && !info_.contacts[i].is_affine) turning_.push_back(static_cast<int>(i));
+  }
   wide_box_.restart();
 }
 
@@ -107,7 +110,7 @@ Interval LoadSearch::bounds(const Function& f) {
     return f.kind == SwitchKind::force_vanishes ? forces_.normal_force(f.contact) : forces_.cone_margin(f.contact);
   }
   const auto& contact = info_.contacts[f.contact];
-  if (!contact.is_affine && !has_tangents_) problem_.tangent_bounds(chosen_.data(), q, J_t_.data());
+  if (!contact.is_affine && !has_tangents_) problem_.tangent_bounds(turning_, q, J_t_.data());
   has_tangents_ = has_tangents_ || !contact.is_affine;
   Interval speed = -f.v_stop;
   int entry = contact.tangent_begin;

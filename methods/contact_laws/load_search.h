@@ -122,7 +122,7 @@ class LoadSearch {
   std::vector<double> clear_until_, lower_;             // by function; lower bound of a polynomial along the path
   std::vector<double> slack_, begin_slack_;             // by function: of the path, and up to s = 1/8
   bool force_uses_time_ = false;
-  std::vector<char> chosen_;  // per contact: closed and curved, with friction
+  std::vector<int> turning_;  // contacts that slip and are curved
   Vector affine_J_t_;         // packed
 
   Matrix path_;

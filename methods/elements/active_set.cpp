@@ -7,22 +7,21 @@ ActiveSet::ActiveSet(const ProblemInfo& info, const FrictionPolygon& polygon, in
       polygon_(polygon),
       n_s_(n_s),
       n_coordinates_(info.n_q),
-      modes_(info.contacts.size(), ContactMode::open),
-      is_closed_(info.contacts.size(), 0) {}
+      modes_(info.contacts.size(), ContactMode::open) {}
 
 bool ActiveSet::set(const std::vector<ContactMode>& modes, const std::vector<int>& facets) {
   if (modes == modes_ && facets == facets_) return false;
   modes_ = modes;
   facets_ = facets;
   closed_.clear();
-  is_closed_.assign(modes.size(), 0);
+  contacts_.clear();
   row_power_.clear();
   n_entries_ = 0;
   has_friction_ = has_curved_ = turns_ = false;
   for (std::size_t i = 0; i < modes.size(); ++i) {
     if (modes[i] == ContactMode::open) continue;
     const auto& contact = info_.contacts[i];
-    is_closed_[i] = 1;
+    contacts_.push_back(static_cast<int>(i));
     const bool turns = modes[i] == ContactMode::slip;  // (7c)
     const TangentialLaw law = polygon_.law(modes[i], contact.n_t, facets.empty() ? 0 : facets[i]);
     closed_.push_back({.contact = static_cast<int>(i),

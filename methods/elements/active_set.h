@@ -47,8 +47,8 @@ class ActiveSet {
   const ActiveContact& of(int contact) const;
   const std::vector<ContactMode>& modes() const { return modes_; }
   const std::vector<int>& facets() const { return facets_; }
-  /// n_c flags, as Problem::normal_jacobian_of takes them.
-  const char* is_closed() const { return is_closed_.data(); }
+  /// The same, without their modes.
+  const std::vector<int>& contacts() const { return contacts_; }
 
   int n_rows() const { return static_cast<int>(row_power_.size()); }     ///< unknown forces per stage
   int n_unknowns() const { return n_coordinates_ + n_rows(); }           ///< per stage
@@ -112,7 +112,7 @@ class ActiveSet {
   std::vector<ContactMode> modes_;
   std::vector<int> facets_;
   std::vector<ActiveContact> closed_;
-  std::vector<char> is_closed_;
+  std::vector<int> contacts_;
   std::vector<int> row_power_;
   SlipEnd slip_end_;
   int n_entries_ = 0;

@@ -53,8 +53,8 @@ void EndProjection::linearize(const Vector& q, const Vector& v, const Element& e
     s.llt.compute(s.M);
     ++counters_.mass_factorizations;
   }
-  problem_.normal_jacobian_of(active_.is_closed(), q.data(), s.J_n.data());
-  if (active_.has_friction()) problem_.tangent_jacobian_of(active_.is_closed(), q.data(), s.J_t.data());
+  problem_.normal_jacobian_of(active_.contacts(), q.data(), s.J_n.data());
+  if (active_.has_friction()) problem_.tangent_jacobian_of(active_.contacts(), q.data(), s.J_t.data());
   s.R.setZero();
   s.MC.setZero();
   s.n = 0;

@@ -53,8 +53,8 @@ void ModeMap::set(const Problem& problem, const ActiveSet& active) {
   R = Matrix::Zero(n, n_rows);
   Matrix C = R;
   Vector J_n(info.n_normal_entries), J_t(info.n_tangent_entries);
-  problem.normal_jacobian_of(active.is_closed(), q_r.data(), J_n.data());
-  if (active.has_friction()) problem.tangent_jacobian_of(active.is_closed(), q_r.data(), J_t.data());
+  problem.normal_jacobian_of(active.contacts(), q_r.data(), J_n.data());
+  if (active.has_friction()) problem.tangent_jacobian_of(active.contacts(), q_r.data(), J_t.data());
   for (const ActiveContact& closed : active.closed()) {
     const auto& contact = info.contacts[closed.contact];
     const auto entries = static_cast<int>(contact.support.size()), n_pushed = static_cast<int>(contact.pushed().size());

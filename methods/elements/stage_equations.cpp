@@ -92,8 +92,8 @@ void StageEquations::resize(StageWorkspace& work) const {
 void StageEquations::set_initial_values(const Element& e, double h, StageWorkspace& work) {
   if (active_.empty()) return;
   problem_.gap(e.q0.data(), work.gap0.data());
-  problem_.normal_jacobian_of(active_.is_closed(), e.q0.data(), work.J_n0.data());
-  if (active_.has_friction()) problem_.tangent_jacobian_of(active_.is_closed(), e.q0.data(), at_.J_t.data());
+  problem_.normal_jacobian_of(active_.contacts(), e.q0.data(), work.J_n0.data());
+  if (active_.has_friction()) problem_.tangent_jacobian_of(active_.contacts(), e.q0.data(), at_.J_t.data());
   for (const ActiveContact& active : active_.closed()) {
     const int i = active.contact;
     const auto& contact = problem_.info().contacts[i];
@@ -191,7 +191,7 @@ void StageEquations::integrate_chords(int stage, const Element& e, const StageCo
   chord_integral_.setZero();
   for (int m = 0; m < 4; ++m) {
     chord_q_ = e.q0 + nodes[m] * dq;
-    problem_.normal_jacobian_of(active_.is_closed(), chord_q_.data(), chord_J_.data());
+    problem_.normal_jacobian_of(active_.contacts(), chord_q_.data(), chord_J_.data());
     for (const ActiveContact& active : active_.closed()) {
       const int i = active.contact;
       const auto& contact = problem_.info().contacts[i];
@@ -231,9 +231,9 @@ void StageEquations::residual(const StageCoefficients& k, const Element& e, Stag
       }
     }
     if (active_.empty()) continue;
-    problem_.normal_jacobian_of(active_.is_closed(), q, at_.J_n.data());
+    problem_.normal_jacobian_of(active_.contacts(), q, at_.J_n.data());
     problem_.gap(q, at_.gap.data());
-    if (active_.has_friction()) problem_.tangent_jacobian_of(active_.is_closed(), q, at_.J_t.data());
+    if (active_.has_friction()) problem_.tangent_jacobian_of(active_.contacts(), q, at_.J_t.data());
     if (active_.has_curved()) gap_changes(j, e, at_, work);
     for (const ActiveContact& active : active_.closed()) {
       const int i = active.contact;
@@ -347,9 +347,9 @@ void StageEquations::derivatives(const StageCoefficients& k, const Element& e, S
       problem_.contact_force_derivative(q, lambda_n_.data(), lambda_t_.data(), Jq_.data());
       Dq -= Jq_;
     }
-    problem_.normal_jacobian_of(active_.is_closed(), q, at_.J_n.data());
+    problem_.normal_jacobian_of(active_.contacts(), q, at_.J_n.data());
     if (active_.has_friction()) {
-      problem_.tangent_jacobian_of(active_.is_closed(), q, at_.J_t.data());
+      problem_.tangent_jacobian_of(active_.contacts(), q, at_.J_t.data());
       if (active_.has_curved()) problem_.slip_velocity_derivative(q, v, at_.T.data());
     }
     for (const ActiveContact& active : active_.closed()) {

@@ -28,7 +28,7 @@ struct EventDrivenWorkspace {
     has_run = true;
     scales.restart();
     scales.set_capture(tolerance);
-    dynamics.start(tolerance);
+    dynamics.start(scales.redundant());
     functions.start(tolerance);
     step->start(tolerance);
     mode_change.keep_impacts(nullptr);

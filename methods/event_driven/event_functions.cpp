@@ -66,7 +66,6 @@ EventFunctions::EventFunctions(const Problem& problem, const ContactScales& scal
   direction_.setZero(info_.n_lambda_t);
   for (auto* x : {&q_, &v_, &a_}) x->setZero(info_.n_q);
   for (const auto& contact : info_.contacts) {
-    curved_normals_ = curved_normals_ || (!contact.is_bilateral && !contact.is_affine);
     curved_tangents_ = curved_tangents_ || (contact.n_t > 0 && !contact.is_affine);
   }
   if (curved_tangents_) T_.setZero(info_.n_lambda_t, info_.n_q);
@@ -76,9 +75,8 @@ EventFunctions::EventFunctions(const Problem& problem, const ContactScales& scal
   if (info_.has_friction()) problem.tangent_jacobian(info_.q0.data(), packed_t_.data());
 }
 
-/// J_n and J_t at q, those that vary.
+/// J_t at q, if it varies.
 void EventFunctions::set_positions(const double* q) {
-  if (has_gaps_ && curved_normals_) problem_.normal_jacobian(q, packed_n_.data());
   if (slips_ && curved_tangents_) problem_.tangent_jacobian(q, packed_t_.data());
 }
 
@@ -270,7 +268,7 @@ void EventFunctions::record_stage(double c) {
   }
 }
 
-/// J_n' v at the positions that were set.
+/// J_n' v of a contact whose J_n is constant, or has been evaluated.
 double EventFunctions::gap_rate(int contact, const Vector& v) const {
   const auto& info = info_.contacts[contact];
   return packed_dot(info, packed_n_.data() + info.normal_begin, v);
@@ -301,7 +299,7 @@ double EventFunctions::value(const DetectedEvent& event, const double* q, const 
 
 double EventFunctions::slope(const DetectedEvent& event, const double* q, const double* v) {
   if (event.kind != SwitchKind::gap_closes) return event.slope;
-  if (curved_normals_) problem_.normal_jacobian(q, packed_n_.data());
+  if (!info_.contacts[event.contact].is_affine) problem_.normal_jacobian_of({&event.contact, 1}, q, packed_n_.data());
   v_ = Eigen::Map<const Vector>(v, info_.n_q);
   const double rate = gap_rate(event.contact, v_);
   return rate < 0 ? rate : event.slope;

@@ -147,7 +147,7 @@ class EventFunctions {
   double tolerance_ = 0;
   std::vector<Function> functions_;
   bool slips_ = false, has_gaps_ = false;
-  bool curved_normals_ = false, curved_tangents_ = false;
+  bool curved_tangents_ = false;
   GapSearch gaps_;
   /// How (2)-(4) are searched within a step.
   enum class LoadWatch : std::uint8_t { none, bounds, samples };

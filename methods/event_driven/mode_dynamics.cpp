@@ -45,6 +45,7 @@ void ModeDynamics::set_modes(std::span<const ContactMode> modes, const double* q
   ++mode_changes_;
   rows_.set_modes(modes);
   law_.setZero();
+  is_redundant_ = false;
   if (const Eigen::Index n = rows_.size(); C_.cols() != n) {
     C_.resize(info_.n_q, n);
     MC_.resize(info_.n_q, n);
@@ -136,14 +137,18 @@ bool ModeDynamics::solve_rows(const double* a) {
     }
   };
   set();
-  if (eliminate(lambda_)) return true;
-  set();
+  if (!is_redundant_) {
+    if (eliminate(lambda_)) return true;
+    is_redundant_ = true;
+    set();
+  }
   // Scaled, so that units do not matter.
   const Vector scale = D_.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
   const Matrix A = scale.asDiagonal() * D_ * scale.asDiagonal();
   const Vector b = scale.cwiseProduct(lambda_.head(n)),
                size = b.cwiseAbs() + scale.cwiseProduct(rates_.head(n).cwiseAbs());
-  const Vector law = law_.head(n).cwiseQuotient(scale), x = law + least_squares(A, b - A * law);
+  const Vector law = law_.head(n).cwiseQuotient(scale), left = b - A * law;
+  const Vector x = law + (rows_.is_symmetric() ? solve_semidefinite(A, left, kDependent) : least_squares(A, left));
   lambda_.head(n) = scale.cwiseProduct(x);
   return (A * x - b).cwiseAbs().maxCoeff() <= consistent_ * size.maxCoeff();
 }

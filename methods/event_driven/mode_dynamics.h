@@ -32,10 +32,9 @@ namespace ricochet {
 class ModeDynamics {
  public:
   ModeDynamics(const Problem& problem, Counters& counters);
-  /// Before a run. Redundant rows of (2) may differ by 100 times the tolerance, as a part of their terms: a group at rest
-  /// holds its gaps up to the tolerance, so that its rows depend on each other up to that, too. StepCheck ends a run whose
-  /// closed gaps drift. @param tolerance  of the integration
-  void start(double tolerance) { consistent_ = std::max(kConsistent, kOfTolerance * tolerance); }
+  /// Before a run. @param redundant  part of their terms by which redundant rows of (2) may differ, see ContactScales;
+  /// StepCheck ends a run whose closed gaps drift
+  void start(double redundant) { consistent_ = std::max(kConsistent, redundant); }
 
   /// Message of a run that ends where accelerate() or project() fails.
   static constexpr const char* kUndetermined = "the contact forces do not determine the motion";
@@ -102,7 +101,7 @@ class ModeDynamics {
 
  private:
   // Largest residual of (2) in redundant rows, relative to its terms.
-  static constexpr double kConsistent = 1e-9, kOfTolerance = 100;
+  static constexpr double kConsistent = 1e-9;
   using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
   /// (4); (4) for many coordinates, P = M^-1 + M^-1 C L without forming it; (3)
   enum class Kind : std::uint8_t { map, factors, general };
@@ -134,6 +133,7 @@ class ModeDynamics {
   const bool constant_mass_;
   Kind kind_ = Kind::general;
   int mode_changes_ = 0;
+  bool is_redundant_ = false;  // a pivot of D has vanished since set_modes()
   double consistent_ = kConsistent;
   ModeRows rows_;
   Matrix P_;

@@ -12,7 +12,6 @@ ModeRows::ModeRows(const Problem& problem)
       info_(problem.info()),
       modes_(problem.info().contacts.size(), ContactMode::open),
       first_(modes_.size(), 0),
-      chosen_(modes_.size(), 0),
       is_held_(modes_.size(), 0) {
   closed_.reserve(modes_.size());
   rows_.reserve(static_cast<std::size_t>(info_.n_c() + info_.n_lambda_t));
@@ -27,12 +26,11 @@ void ModeRows::set_modes(std::span<const ContactMode> modes) {
   std::ranges::fill(is_held_, 0);
   closed_.clear();
   rows_.clear();
-  has_friction_ = turns_ = false;
+  has_friction_ = turns_ = slips_ = false;
   is_affine_ = true;
   for (int i = 0; i < info_.n_c(); ++i) {
     const auto& contact = info_.contacts[i];
-    chosen_[i] = is_closed(modes_[i]);
-    if (!chosen_[i]) continue;
+    if (!is_closed(modes_[i])) continue;
     closed_.push_back(i);
     first_[i] = static_cast<int>(rows_.size());
     rows_.push_back({i, -1});
@@ -42,6 +40,7 @@ void ModeRows::set_modes(std::span<const ContactMode> modes) {
     if (contact.n_t == 1) direction_[contact.tangent_index] = slip_sign(modes_[i]);
     has_friction_ = has_friction_ || contact.n_t > 0;
     turns_ = turns_ || (contact.n_t > 0 && !contact.is_affine);
+    slips_ = slips_ || is_slipping(modes_[i]);
     is_affine_ = is_affine_ && contact.is_affine && modes_[i] != ContactMode::slip;
   }
   if (turns_ && T_.size() == 0) T_.setZero(info_.n_lambda_t, info_.n_q);
@@ -84,8 +83,8 @@ void ModeRows::subtract_friction(int i, const double* v, double* column) {
 }
 
 void ModeRows::set_columns(const double* q, const double* v, Matrix& C) {
-  problem_.normal_jacobian_of(chosen_.data(), q, packed_n_.data());
-  if (has_friction_) problem_.tangent_jacobian_of(chosen_.data(), q, packed_t_.data());
+  problem_.normal_jacobian_of(closed_, q, packed_n_.data());
+  if (has_friction_) problem_.tangent_jacobian_of(closed_, q, packed_t_.data());
   C.setZero();
   for (Eigen::Index r = 0; r < size(); ++r) {
     const Row& row = rows_[static_cast<std::size_t>(r)];

@@ -24,6 +24,7 @@ class ModeRows {
   const std::vector<ContactMode>& modes() const { return modes_; }
   const std::vector<int>& closed() const { return closed_; }  ///< contacts that are not open
   bool is_affine() const { return is_affine_; }               ///< R and C are constant, b = 0
+  bool is_symmetric() const { return !slips_; }               ///< C = R
   bool empty() const { return rows_.empty(); }
   Eigen::Index size() const { return static_cast<Eigen::Index>(rows_.size()); }
   const Row& operator[](Eigen::Index r) const { return rows_[static_cast<std::size_t>(r)]; }
@@ -58,9 +59,8 @@ class ModeRows {
   std::vector<ContactMode> modes_;
   std::vector<int> closed_, first_;
   std::vector<Row> rows_;
-  std::vector<char> chosen_;                   // per contact: it is closed
   bool has_friction_ = false, turns_ = false;  // closed contacts: with tangents; with tangents that depend on q
-  bool is_affine_ = true;
+  bool is_affine_ = true, slips_ = false;
   std::vector<char> is_held_;  // per contact
   Vector direction_;           // n_lambda_t, d of slipping contacts
   Vector packed_n_, packed_t_, bias_;

@@ -77,26 +77,26 @@ void AssembledProblem::force_bounds(const Interval*, const Interval*, const doub
   std::ranges::copy(forces_, f);
 }
 
-void AssembledProblem::gap_bounds(const char* chosen, const Interval* q, Interval* f_c) const {
-  for (const auto& kind : kinds_) kind->gap_bounds(chosen, q, f_c);
+void AssembledProblem::gap_bounds(std::span<const int> contacts, const Interval* q, Interval* f_c) const {
+  for (const int i : contacts) copies_[i].kind->gap_bounds(copies_[i].number, q, f_c);
 }
 
-void AssembledProblem::normal_bounds(const char* chosen, const Interval* q, Interval* J_n) const {
-  for (const auto& kind : kinds_) kind->normal_bounds(chosen, q, J_n);
+void AssembledProblem::normal_bounds(std::span<const int> contacts, const Interval* q, Interval* J_n) const {
+  for (const int i : contacts) copies_[i].kind->normal_bounds(copies_[i].number, q, J_n);
 }
 
-void AssembledProblem::tangent_bounds(const char* chosen, const Interval* q, Interval* J_t) const {
-  for (const auto& kind : kinds_) kind->tangent_bounds(chosen, q, J_t);
+void AssembledProblem::tangent_bounds(std::span<const int> contacts, const Interval* q, Interval* J_t) const {
+  for (const int i : contacts) copies_[i].kind->tangent_bounds(copies_[i].number, q, J_t);
 }
 
-void AssembledProblem::gap_bias_bounds(const char* chosen, const Interval* q, const Interval* v, Interval* b) const {
-  for (const auto& kind : kinds_) kind->gap_bias_bounds(chosen, q, v, b);
+void AssembledProblem::gap_bias_bounds(std::span<const int> contacts, const Interval* q, const Interval* v, Interval* b) const {
+  for (const int i : contacts) copies_[i].kind->gap_bias_bounds(copies_[i].number, q, v, b);
 }
 
-void AssembledProblem::slip_derivative_bounds(const char* chosen, const Interval* q, const Interval* v,
+void AssembledProblem::slip_derivative_bounds(std::span<const int> contacts, const Interval* q, const Interval* v,
                                               Interval* T) const {
   std::fill_n(T, info_.n_lambda_t * info_.n_q, Interval(0.0));
-  for (const auto& kind : kinds_) kind->slip_derivative_bounds(chosen, q, v, info_.n_lambda_t, T);
+  for (const int i : contacts) copies_[i].kind->slip_derivative_bounds(copies_[i].number, q, v, info_.n_lambda_t, T);
 }
 
 double AssembledProblem::potential_energy(const double* q) const {
@@ -128,19 +128,19 @@ void AssembledProblem::gap_acceleration_bias_of(std::span<const int> contacts, c
 }
 
 void AssembledProblem::normal_jacobian(const double* q, double* J_n) const {
-  normal_jacobian_of(nullptr, q, J_n);
+  for (const auto& kind : kinds_) kind->normal_jacobian(q, J_n);
 }
 
-void AssembledProblem::normal_jacobian_of(const char* chosen, const double* q, double* J_n) const {
-  for (const auto& kind : kinds_) kind->normal_jacobian_of(chosen, q, J_n);
+void AssembledProblem::normal_jacobian_of(std::span<const int> contacts, const double* q, double* J_n) const {
+  for (const int i : contacts) copies_[i].kind->normal_jacobian_of(copies_[i].number, q, J_n);
 }
 
 void AssembledProblem::tangent_jacobian(const double* q, double* J_t) const {
-  tangent_jacobian_of(nullptr, q, J_t);
+  for (const auto& kind : kinds_) kind->tangent_jacobian(q, J_t);
 }
 
-void AssembledProblem::tangent_jacobian_of(const char* chosen, const double* q, double* J_t) const {
-  for (const auto& kind : kinds_) kind->tangent_jacobian_of(chosen, q, J_t);
+void AssembledProblem::tangent_jacobian_of(std::span<const int> contacts, const double* q, double* J_t) const {
+  for (const int i : contacts) copies_[i].kind->tangent_jacobian_of(copies_[i].number, q, J_t);
 }
 
 void AssembledProblem::gap_acceleration_bias(const double* q, const double* v, double* b) const {

@@ -63,15 +63,15 @@ class AssembledProblem : public Problem {
   void gap_of(std::span<const int> contacts, const double* q, double* f_c) const override;
   void gap_acceleration_bias_of(std::span<const int> contacts, const double* q, const double* v,
                                 double* b) const override;
-  void normal_jacobian_of(const char* chosen, const double* q, double* J_n) const override;
-  void tangent_jacobian_of(const char* chosen, const double* q, double* J_t) const override;
+  void normal_jacobian_of(std::span<const int> contacts, const double* q, double* J_n) const override;
+  void tangent_jacobian_of(std::span<const int> contacts, const double* q, double* J_t) const override;
   void mass_bounds(const Interval* q, Interval* M) const override;
   void force_bounds(const Interval* q, const Interval* v, const double* u, Interval* f) const override;
-  void gap_bounds(const char* chosen, const Interval* q, Interval* f_c) const override;
-  void normal_bounds(const char* chosen, const Interval* q, Interval* J_n) const override;
-  void tangent_bounds(const char* chosen, const Interval* q, Interval* J_t) const override;
-  void gap_bias_bounds(const char* chosen, const Interval* q, const Interval* v, Interval* b) const override;
-  void slip_derivative_bounds(const char* chosen, const Interval* q, const Interval* v, Interval* T) const override;
+  void gap_bounds(std::span<const int> contacts, const Interval* q, Interval* f_c) const override;
+  void normal_bounds(std::span<const int> contacts, const Interval* q, Interval* J_n) const override;
+  void tangent_bounds(std::span<const int> contacts, const Interval* q, Interval* J_t) const override;
+  void gap_bias_bounds(std::span<const int> contacts, const Interval* q, const Interval* v, Interval* b) const override;
+  void slip_derivative_bounds(std::span<const int> contacts, const Interval* q, const Interval* v, Interval* T) const override;
   double potential_energy(const double* q) const override;
   void force_jacobians(const double* q, const double* v, const double* u, double* f_q, double* f_v) const override;
   void mass_derivative(const double* q, const double* a, double* Ma_q) const override;

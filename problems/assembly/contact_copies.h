@@ -28,20 +28,20 @@ class ContactCopies {
   std::size_t count() const { return places_.size(); }
 
   virtual void gap(const double* q, double* f_c) const = 0;
-  /// @param chosen  as in Problem, null for all
-  virtual void normal_jacobian_of(const char* chosen, const double* q, double* J_n) const = 0;
-  virtual void tangent_jacobian_of(const char* chosen, const double* q, double* J_t) const = 0;
+  virtual void normal_jacobian(const double* q, double* J_n) const = 0;
+  virtual void tangent_jacobian(const double* q, double* J_t) const = 0;
   virtual void gap_acceleration_bias(const double* q, const double* v, double* b) const = 0;
   // Of one copy.
   virtual void gap_of(std::size_t copy, const double* q, double* f_c) const = 0;
+  virtual void normal_jacobian_of(std::size_t copy, const double* q, double* J_n) const = 0;
+  virtual void tangent_jacobian_of(std::size_t copy, const double* q, double* J_t) const = 0;
   virtual void gap_acceleration_bias_of(std::size_t copy, const double* q, const double* v, double* b) const = 0;
-  // Bounds over boxes, as in Problem.
-  virtual void gap_bounds(const char* chosen, const Interval* q, Interval* f_c) const = 0;
-  virtual void normal_bounds(const char* chosen, const Interval* q, Interval* J_n) const = 0;
-  virtual void tangent_bounds(const char* chosen, const Interval* q, Interval* J_t) const = 0;
-  virtual void gap_bias_bounds(const char* chosen, const Interval* q, const Interval* v, Interval* b) const = 0;
-  /// Writes entries of these contacts only.
-  virtual void slip_derivative_bounds(const char* chosen, const Interval* q, const Interval* v, int n_lambda_t,
+  // Bounds over boxes, as in Problem, of one copy.
+  virtual void gap_bounds(std::size_t copy, const Interval* q, Interval* f_c) const = 0;
+  virtual void normal_bounds(std::size_t copy, const Interval* q, Interval* J_n) const = 0;
+  virtual void tangent_bounds(std::size_t copy, const Interval* q, Interval* J_t) const = 0;
+  virtual void gap_bias_bounds(std::size_t copy, const Interval* q, const Interval* v, Interval* b) const = 0;
+  virtual void slip_derivative_bounds(std::size_t copy, const Interval* q, const Interval* v, int n_lambda_t,
                                       Interval* T) const = 0;
   // These functions add to their results. n_q is that of the large scene.
   virtual void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t, int n_q,
@@ -100,18 +100,20 @@ class CopiesOf final : public ContactCopies {
     const auto& place = places_[copy];
     local_.gap(gather(place, q).data(), f_c + place.contact);
   }
-  void normal_jacobian_of(const char* chosen, const double* q, double* J_n) const override {
-    for (const auto& place : places_) {
-      if (chosen && !chosen[place.contact]) continue;
-      local_.normal_jacobian(gather(place, q).data(), J_n + place.normal_begin);
-    }
+  void normal_jacobian(const double* q, double* J_n) const override {
+    for (std::size_t copy = 0; copy < places_.size(); ++copy) CopiesOf::normal_jacobian_of(copy, q, J_n);
   }
-  void tangent_jacobian_of(const char* chosen, const double* q, double* J_t) const override {
+  void normal_jacobian_of(std::size_t copy, const double* q, double* J_n) const override {
+    const auto& place = places_[copy];
+    local_.normal_jacobian(gather(place, q).data(), J_n + place.normal_begin);
+  }
+  void tangent_jacobian(const double* q, double* J_t) const override {
+    for (std::size_t copy = 0; copy < places_.size(); ++copy) CopiesOf::tangent_jacobian_of(copy, q, J_t);
+  }
+  void tangent_jacobian_of(std::size_t copy, const double* q, double* J_t) const override {
     if (contact().n_t == 0) return;
-    for (const auto& place : places_) {
-      if (chosen && !chosen[place.contact]) continue;
-      local_.tangent_jacobian(gather(place, q).data(), J_t + place.tangent_begin);
-    }
+    const auto& place = places_[copy];
+    local_.tangent_jacobian(gather(place, q).data(), J_t + place.tangent_begin);
   }
   void gap_acceleration_bias(const double* q, const double* v, double* b) const override {
     for (std::size_t copy = 0; copy < places_.size(); ++copy) CopiesOf::gap_acceleration_bias_of(copy, q, v, b);
@@ -120,43 +122,33 @@ class CopiesOf final : public ContactCopies {
     const auto& place = places_[copy];
     local_.gap_acceleration_bias(gather(place, q).data(), gather(place, v).data(), b + place.contact);
   }
-  void gap_bounds(const char* chosen, const Interval* q, Interval* f_c) const override {
-    for (const auto& place : places_) {
-      if (chosen && !chosen[place.contact]) continue;
-      local_.gap_bounds(nullptr, gather(place, q).data(), f_c + place.contact);
-    }
+  void gap_bounds(std::size_t copy, const Interval* q, Interval* f_c) const override {
+    const auto& place = places_[copy];
+    local_.gap_bounds({}, gather(place, q).data(), f_c + place.contact);
   }
-  void normal_bounds(const char* chosen, const Interval* q, Interval* J_n) const override {
-    for (const auto& place : places_) {
-      if (chosen && !chosen[place.contact]) continue;
-      local_.normal_bounds(nullptr, gather(place, q).data(), J_n + place.normal_begin);
-    }
+  void normal_bounds(std::size_t copy, const Interval* q, Interval* J_n) const override {
+    const auto& place = places_[copy];
+    local_.normal_bounds({}, gather(place, q).data(), J_n + place.normal_begin);
   }
-  void tangent_bounds(const char* chosen, const Interval* q, Interval* J_t) const override {
+  void tangent_bounds(std::size_t copy, const Interval* q, Interval* J_t) const override {
     if (contact().n_t == 0) return;
-    for (const auto& place : places_) {
-      if (chosen && !chosen[place.contact]) continue;
-      local_.tangent_bounds(nullptr, gather(place, q).data(), J_t + place.tangent_begin);
-    }
+    const auto& place = places_[copy];
+    local_.tangent_bounds({}, gather(place, q).data(), J_t + place.tangent_begin);
   }
-  void gap_bias_bounds(const char* chosen, const Interval* q, const Interval* v, Interval* b) const override {
-    for (const auto& place : places_) {
-      if (chosen && !chosen[place.contact]) continue;
-      local_.gap_bias_bounds(nullptr, gather(place, q).data(), gather(place, v).data(), b + place.contact);
-    }
+  void gap_bias_bounds(std::size_t copy, const Interval* q, const Interval* v, Interval* b) const override {
+    const auto& place = places_[copy];
+    local_.gap_bias_bounds({}, gather(place, q).data(), gather(place, v).data(), b + place.contact);
   }
-  void slip_derivative_bounds(const char* chosen, const Interval* q, const Interval* v, int n_lambda_t,
+  void slip_derivative_bounds(std::size_t copy, const Interval* q, const Interval* v, int n_lambda_t,
                               Interval* T) const override {
     const int n_t = contact().n_t;
     if (contact().is_affine || n_t == 0) return;
+    const auto& place = places_[copy];
     std::array<Interval, 2 * n> block;
-    for (const auto& place : places_) {
-      if (chosen && !chosen[place.contact]) continue;
-      local_.slip_derivative_bounds(nullptr, gather(place, q).data(), gather(place, v).data(), block.data());
-      for (int k = 0; k < n; ++k) {
-        for (int d = 0; d < n_t; ++d)
-          T[place.coordinates[k] * n_lambda_t + place.tangent_index + d] = block[k * n_t + d];
-      }
+    local_.slip_derivative_bounds({}, gather(place, q).data(), gather(place, v).data(), block.data());
+    for (int k = 0; k < n; ++k) {
+      for (int d = 0; d < n_t; ++d)
+        T[place.coordinates[k] * n_lambda_t + place.tangent_index + d] = block[k * n_t + d];
     }
   }
   void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t, int n_q,

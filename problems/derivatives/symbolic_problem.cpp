@@ -521,23 +521,23 @@ void SymbolicProblem::force_bounds(const Interval* q, const Interval* v, const d
 
 // The contacts of a scene share subexpressions in one program, which computes all of them.
 
-void SymbolicProblem::gap_bounds(const char*, const Interval* q, Interval* f_c) const {
+void SymbolicProblem::gap_bounds(std::span<const int>, const Interval* q, Interval* f_c) const {
   gap_.evaluate({q}, f_c);
 }
 
-void SymbolicProblem::normal_bounds(const char*, const Interval* q, Interval* J_n) const {
+void SymbolicProblem::normal_bounds(std::span<const int>, const Interval* q, Interval* J_n) const {
   normal_.evaluate({q}, J_n);
 }
 
-void SymbolicProblem::tangent_bounds(const char*, const Interval* q, Interval* J_t) const {
+void SymbolicProblem::tangent_bounds(std::span<const int>, const Interval* q, Interval* J_t) const {
   tangent_.evaluate({q}, J_t);
 }
 
-void SymbolicProblem::gap_bias_bounds(const char*, const Interval* q, const Interval* v, Interval* b) const {
+void SymbolicProblem::gap_bias_bounds(std::span<const int>, const Interval* q, const Interval* v, Interval* b) const {
   gap_bias_.evaluate({q, v}, b);
 }
 
-void SymbolicProblem::slip_derivative_bounds(const char*, const Interval* q, const Interval* v, Interval* T) const {
+void SymbolicProblem::slip_derivative_bounds(std::span<const int>, const Interval* q, const Interval* v, Interval* T) const {
   slip_q_.evaluate({q, v}, T);
 }
 

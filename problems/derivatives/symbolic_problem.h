@@ -128,11 +128,11 @@ class SymbolicProblem : public Problem {
 
   void mass_bounds(const Interval* q, Interval* M) const override;
   void force_bounds(const Interval* q, const Interval* v, const double* u, Interval* f) const override;
-  void gap_bounds(const char* chosen, const Interval* q, Interval* f_c) const override;
-  void normal_bounds(const char* chosen, const Interval* q, Interval* J_n) const override;
-  void tangent_bounds(const char* chosen, const Interval* q, Interval* J_t) const override;
-  void gap_bias_bounds(const char* chosen, const Interval* q, const Interval* v, Interval* b) const override;
-  void slip_derivative_bounds(const char* chosen, const Interval* q, const Interval* v, Interval* T) const override;
+  void gap_bounds(std::span<const int> contacts, const Interval* q, Interval* f_c) const override;
+  void normal_bounds(std::span<const int> contacts, const Interval* q, Interval* J_n) const override;
+  void tangent_bounds(std::span<const int> contacts, const Interval* q, Interval* J_t) const override;
+  void gap_bias_bounds(std::span<const int> contacts, const Interval* q, const Interval* v, Interval* b) const override;
+  void slip_derivative_bounds(std::span<const int> contacts, const Interval* q, const Interval* v, Interval* T) const override;
 
   void switching_bounds(const Interval* q, const Interval* v, Interval* psi) const override;
 
