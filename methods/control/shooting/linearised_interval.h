@@ -1,5 +1,6 @@
 #pragma once
 
+#include <span>
 #include <string>
 #include <vector>
 
@@ -16,12 +17,17 @@ namespace ricochet {
 /// within the contacts that the interval before has closed, by projection: other variations cannot occur, and a closed
 /// contact would resist them with a force of the size 1 / h^2. In the first interval x_k is given: its columns are zero.
 struct LinearisedInterval {
+  LinearisedInterval() = default;
+  LinearisedInterval(LinearisedInterval&&) = default;
+
   Matrix x;  ///< 2 n_q x theta: of the state at the end
   /// Per element: stages below each other, as in Sensitivity::ElementDerivatives.
-  std::vector<Sensitivity::ElementDerivatives> elements;
+  std::span<Sensitivity::ElementDerivatives> elements;
+  std::vector<Sensitivity::ElementDerivatives> storage;  ///< of them, and of more if the interval had more before
 };
 
-/// Linearises motions, interval by interval.
+/// Linearises motions, interval by interval. A motion with the modes and the numbers of elements of one before is linearised
+/// without allocations.
 class MotionLineariser {
  public:
   /// @param runner  whose motions are linearised; must outlive this object
@@ -34,6 +40,7 @@ class MotionLineariser {
   const std::vector<LinearisedInterval>& intervals() const { return intervals_; }
 
   const PointVariation& point() const { return sensitivity_.point(); }
+  long factorisations() const { return sensitivity_.factorisations(); }  ///< one per element at most, so far
 
  private:
   PlantRunner& runner_;
