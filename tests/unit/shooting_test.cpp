@@ -513,6 +513,44 @@ TEST(Shooting, StatesWhyAGuessCannotBeRun) {
   EXPECT_EQ(stopped.trajectory.u.cols(), 2) << "the last iterate is a motion all the same";
 }
 
+// A clock that advances by 1 s whenever it is read: after the limit has passed, the rollout at hand is the last one, wherever
+// the iteration is, in a search for a step, in derivatives, in a quadratic program or in the certificate.
+TEST(Shooting, KeepsItsTimeLimitWithinOneRollout) {
+  const auto problem = make_control_problem("two_carts");
+  const ButcherTableau tableau = tableau_argument(problem->tableau);
+  const Matrix guess = explore(*problem, tableau, problem->n_fe, {.rounds = 4}).u;
+  int time_limits = 0, limits_within_derivatives = 0;
+  for (double limit = 1; limit < 1e5; limit = std::ceil(1.3 * limit)) {
+    double time = 0;
+    long rollouts = -1, reads_after = 0;
+    const Shooting* running = nullptr;
+    ShootingOptions options{.time_limit = limit};
+    options.clock = [&] {
+      time += 1;
+      if (time > limit + 1 && rollouts < 0 && running)
+        rollouts = running->rollouts();  // the first reading is the start
+      reads_after += rollouts >= 0;
+      return time;
+    };
+    Shooting shooting(*problem, tableau, options);
+    running = &shooting;
+    const ControlSolution solution = shooting.solve(guess, 2);
+    ASSERT_TRUE(solution.has_plan()) << limit;
+    if (solution.status != Status::time_limit) {
+      EXPECT_TRUE(solution.succeeded()) << solution.message;
+      break;
+    }
+    ++time_limits;
+    EXPECT_NE(solution.message.find("time limit"), std::string::npos) << solution.message;
+    EXPECT_GE(rollouts, 0);
+    EXPECT_LE(solution.rollouts, rollouts + 1) << limit;
+    EXPECT_LE(reads_after, 20) << "nothing goes on after the limit, where every loop reads the clock";
+    limits_within_derivatives += solution.rollouts == rollouts;
+  }
+  EXPECT_GE(time_limits, 10) << "limits end the iteration at many places";
+  EXPECT_GE(limits_within_derivatives, 3);
+}
+
 TEST(Exploration, InterpolatesItsKnots) {
   const Matrix knots{{0, 2, 6}};
   EXPECT_EQ(interpolate_knots(knots, 3), knots);

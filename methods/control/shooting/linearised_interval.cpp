@@ -15,6 +15,7 @@ std::string MotionLineariser::linearise(const PlantMotion& motion) {
     const auto refuse = [&](const std::string& reason) {
       return fmt::format("interval {} of {}: {}", k + 1, motion.steps.size(), reason);
     };
+    if (is_interrupted_ && is_interrupted_()) return refuse("interrupted");
     if (step.has_impact_sequence()) return refuse(VariedProblem::kNoDerivative);
     runner_.plant().set_control(motion.u.col(static_cast<Eigen::Index>(k)));
     LinearisedInterval& interval = intervals_[k];

@@ -1,7 +1,9 @@
 #pragma once
 
+#include <functional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "methods/control/shooting/plant_motion.h"
@@ -37,6 +39,8 @@ class MotionLineariser {
 
   /// @param motion  solved. @return empty, or the reason why there are no derivatives
   std::string linearise(const PlantMotion& motion);
+  /// Ends linearise() before an interval at which this returns true. @param is_interrupted  empty for never
+  void set_interrupt(std::function<bool()> is_interrupted) { is_interrupted_ = std::move(is_interrupted); }
   const std::vector<LinearisedInterval>& intervals() const { return intervals_; }
 
   const PointVariation& point() const { return sensitivity_.point(); }
@@ -46,6 +50,7 @@ class MotionLineariser {
   PlantRunner& runner_;
   Sensitivity sensitivity_;
   std::vector<LinearisedInterval> intervals_;
+  std::function<bool()> is_interrupted_;
 };
 
 }  // namespace ricochet
