@@ -116,7 +116,8 @@ bool Shooting::begin(const Matrix& u, double T) {
 
 /// The state of an iteration that starts from motion_.
 void Shooting::restart() {
-  status_ = motion_.status;
+  // Whatever kept the plant from moving, there is no motion under these controls.
+  status_ = motion_.succeeded() || motion_.status == Status::non_finite ? motion_.status : Status::infeasible;
   message_ = motion_.succeeded() ? "" : "first guess: " + motion_.message;
   iterations_ = 0;
   is_examined_ = false;
