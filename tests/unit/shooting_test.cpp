@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <random>
+#include <thread>
 
 #include "bench/control/replay.h"
 #include "bench/studies/control/gradient.h"
@@ -549,6 +551,54 @@ TEST(Shooting, KeepsItsTimeLimitWithinOneRollout) {
   }
   EXPECT_GE(time_limits, 10) << "limits end the iteration at many places";
   EXPECT_GE(limits_within_derivatives, 3);
+}
+
+// Other threads solve other problems at the same time: not a bit changes.
+TEST(Shooting, DoesNotDependOnWhatRunsBesideIt) {
+  const auto problem = make_control_problem("two_carts");
+  const ButcherTableau tableau = tableau_argument(problem->tableau);
+  const auto solve = [&] {
+    const ExplorationResult found = explore(*problem, tableau, problem->n_fe, {.rounds = 6, .seed = 7, .starts = 2});
+    return Shooting(*problem, tableau, {.time_limit = 0}).solve(found.starts, 2);
+  };
+  const ControlSolution alone = solve();
+  ASSERT_TRUE(alone.succeeded()) << alone.message;
+
+  std::atomic<bool> is_done = false;
+  std::atomic<int> others = 0;
+  std::vector<std::unique_ptr<OptimalControlProblem>> problems;
+  std::vector<std::unique_ptr<Shooting>> shootings;  // made here: formulas belong to one thread at a time
+  std::vector<std::thread> threads;
+  for (const char* id : {"push_box_goal", "hopper"}) {
+    problems.push_back(make_control_problem(id));
+    const OptimalControlProblem& other = *problems.back();
+    shootings.push_back(
+        std::make_unique<Shooting>(other, tableau_argument(other.tableau), ShootingOptions{.max_iterations = 20}));
+  }
+  for (std::size_t k = 0; k < shootings.size(); ++k) {
+    threads.emplace_back([&, k] {
+      const OptimalControlProblem& other = *problems[k];
+      while (!is_done) {
+        shootings[k]->solve(other.guess(other.n_intervals), other.plant->info().end_time);
+        ++others;
+      }
+    });
+  }
+  while (others == 0) std::this_thread::yield();
+  const ControlSolution beside = solve();
+  is_done = true;
+  for (std::thread& thread : threads) thread.join();
+
+  EXPECT_EQ(beside.trajectory.u, alone.trajectory.u);
+  EXPECT_EQ(beside.trajectory.objective, alone.trajectory.objective);
+  EXPECT_EQ(beside.iterations, alone.iterations);
+  EXPECT_EQ(beside.rollouts, alone.rollouts);
+  EXPECT_EQ(beside.stationarity, alone.stationarity);
+  ASSERT_EQ(beside.trajectory.points.size(), alone.trajectory.points.size());
+  for (std::size_t k = 0; k < alone.trajectory.points.size(); ++k) {
+    EXPECT_EQ(beside.trajectory.points[k].q, alone.trajectory.points[k].q);
+    EXPECT_EQ(beside.trajectory.points[k].v, alone.trajectory.points[k].v);
+  }
 }
 
 TEST(Exploration, InterpolatesItsKnots) {
