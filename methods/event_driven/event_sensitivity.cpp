@@ -56,7 +56,7 @@ void EventSensitivity::set_forces() {
 /// The derivatives of a, n_q rows, and of the forces below. The dynamics has the forces of the point.
 Matrix EventSensitivity::accelerations(const Vector& q, const Vector& v, const Vector& a, const Variation& S) {
   set_forces();
-  const auto closed = PointVariation::numbering(info_, dynamics_.modes());
+  const auto closed = PointVariation::Numbering(info_, dynamics_.modes());
   std::vector<PointVariation::Friction> laws;
   for (const auto& [i, row] : closed.contacts) {
     laws.emplace_back();
@@ -68,14 +68,18 @@ Matrix EventSensitivity::accelerations(const Vector& q, const Vector& v, const V
     } else if (dynamics_.holds_direction(i)) {
       Vector d(n_t);
       dynamics_.direction(i, d.data());
-      laws.back() = {.direction = d, .turn = Matrix::Zero(n_t, n_t), .turned = Matrix(n_t, turns_.cols())};
+      laws.back() = {
+          .direction = d, .turn = PointVariation::TangentMatrix::Zero(n_t, n_t), .turned = Matrix(n_t, turns_.cols())};
       laws.back().turned << -d[1] * turns_.row(i), d[0] * turns_.row(i);
     } else {
       laws.back() = point_.slip(i, point_.slip_velocity(i, q, v), lambda_n_[i], slip_sign(mode), Vector::Zero(n_t));
     }
   }
-  const Matrix direct = varied_.rows(q, v, a, lambda_n_, lambda_t_).leftCols(S.q.cols());
-  return point_.accelerations(closed, {q, v, a, lambda_n_, lambda_t_}, direct, laws, h_, S.q, S.v);
+  const PointOfMotion at{q, v, a, lambda_n_, lambda_t_};
+  Matrix direct(varied_.n_rows(), S.q.cols()), change(closed.size, S.q.cols());
+  varied_.rows(at, point_.pool(), direct);
+  point_.accelerations(closed, at, direct, laws, h_, S.q, S.v, change);
+  return change;
 }
 
 /// (2)
@@ -145,10 +149,11 @@ bool EventSensitivity::take_slip_start(const StepEnds& ends, double h, const std
   const auto turn_at_middle = [&](Matrix& turn) {
     if (!integrate(ends, 0.5 * h, S_)) return false;
     turn.resize(n, varied_.n_theta());
-    const Matrix ds = point_.slip_velocities(q1_, v1_, next_.q, next_.v);
+    Matrix ds(info_.n_lambda_t, next_.q.cols());
+    point_.slip_velocities(q1_, v1_, next_.q, next_.v, ds);
     for (Eigen::Index b = 0; b < n; ++b) {
       const int i = contacts[static_cast<std::size_t>(b)];
-      const Vector s = point_.slip_velocity(i, q1_, v1_);
+      const auto s = point_.slip_velocity(i, q1_, v1_);
       const Eigen::RowVector2d across(-s[1], s[0]);
       turn.row(b) = across * ds.middleRows(info_.contacts[i].tangent_index, 2) / s.squaredNorm();
     }
@@ -192,7 +197,7 @@ std::optional<std::string> EventSensitivity::reach(const DetectedEvent& event, c
   Matrix slope;
   switch (event.kind) {
     case SwitchKind::gap_closes: {
-      slope = point_.gaps(q, S.q).row(i);
+      slope = gap_variation(i, q, S.q);
       const double rate = slope(0, n);
       const Vector J_n = problem_.normal_jacobian(q).col(i);
       const double acceleration = J_n.dot(a) + problem_.gap_acceleration_bias(q, v)[i];
@@ -203,16 +208,18 @@ std::optional<std::string> EventSensitivity::reach(const DetectedEvent& event, c
     case SwitchKind::slip_stops:
     case SwitchKind::slip_turns:
     case SwitchKind::edge_left:
-      slope = point_.slip_velocities(q, v, S.q, S.v).middleRows(contact.tangent_index, contact.n_t);
+      slope.resize(info_.n_lambda_t, n + 1);
+      point_.slip_velocities(q, v, S.q, S.v, slope);
+      slope = slope.middleRows(contact.tangent_index, contact.n_t).eval();
       break;
     case SwitchKind::force_vanishes:
     case SwitchKind::cone_reached: {
       Matrix forces = Matrix::Zero(info_.n_c() + info_.n_lambda_t, n + 1);
-      point_.add_forces(PointVariation::numbering(info_, dynamics_.modes()), accelerations(q, v, a, S), 1, forces);
-      if (event.kind == SwitchKind::force_vanishes)
-        slope = forces.row(i);
-      else
-        slope = point_.cone_margin(i, lambda_n_[i], lambda_t_.segment(contact.tangent_index, contact.n_t), forces);
+      point_.add_forces(PointVariation::Numbering(info_, dynamics_.modes()), accelerations(q, v, a, S), 1, forces);
+      Eigen::RowVectorXd margin = forces.row(i);
+      if (event.kind == SwitchKind::cone_reached)
+        point_.cone_margin(i, lambda_n_[i], lambda_t_.segment(contact.tangent_index, contact.n_t), forces, margin);
+      slope = margin;
     }
   }
   const Vector along = slope.col(n);
@@ -225,10 +232,17 @@ std::optional<std::string> EventSensitivity::reach(const DetectedEvent& event, c
   return {};
 }
 
+/// d f_c of one contact.
+Eigen::RowVectorXd EventSensitivity::gap_variation(int contact, const Vector& q, const Matrix& dq) const {
+  Matrix change(info_.n_c(), dq.cols());
+  point_.gaps(q, dq, change);
+  return change.row(contact);
+}
+
 /// Why there is no derivative where a contact closes that, beside it, closes at a time of its own; or nothing.
 std::optional<std::string> EventSensitivity::closes_apart(int contact, const Vector& q) const {
-  const Eigen::RowVectorXd gap = point_.gaps(q, S_.q).row(contact),
-                           direct = point_.gaps(q, Matrix::Zero(info_.n_q, S_.q.cols())).row(contact),
+  const Eigen::RowVectorXd gap = gap_variation(contact, q, S_.q),
+                           direct = gap_variation(contact, q, Matrix::Zero(info_.n_q, S_.q.cols())),
                            terms = problem_.normal_jacobian(q).col(contact).cwiseAbs().transpose() * size_q_ +
                                    direct.cwiseAbs();
   const double most = std::max(kTogether, kErrors * tolerance_);

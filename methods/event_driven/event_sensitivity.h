@@ -81,6 +81,7 @@ class EventSensitivity {
   Matrix accelerations(const Vector& q, const Vector& v, const Vector& a, const Variation& S);
   void set_forces();
   double error(double h) const;
+  Eigen::RowVectorXd gap_variation(int contact, const Vector& q, const Matrix& dq) const;
   std::optional<std::string> closes_apart(int contact, const Vector& q) const;
 
   const Problem& problem_;

@@ -4,9 +4,14 @@
 #include <stdexcept>
 #include <utility>
 
-#include "problems/dense_solve.h"
-
 namespace ricochet {
+namespace {
+
+/// Smallest pivot of K, relative to its column, below which complete pivoting solves its equations: those of redundant
+/// contacts are singular but for rounding.
+constexpr double kSuspicious = 1e-10;
+
+}  // namespace
 
 Sensitivity::Sensitivity(VariedProblem varied, const ButcherTableau& tableau)
     : varied_(std::move(varied)),
@@ -20,17 +25,20 @@ Sensitivity::Sensitivity(VariedProblem varied, const ButcherTableau& tableau)
       n_c_(problem_.n_c()),
       n_t_(problem_.info().n_lambda_t),
       n_s_(tableau.n_s),
-      n_theta_(varied_.n_theta()) {
+      n_theta_(varied_.n_theta()),
+      state_{Matrix(n_q_, n_theta_ + 1), Matrix(n_q_, n_theta_ + 1)},
+      element_{Matrix(n_c_ + n_t_, n_theta_ + 1), Matrix(n_s_ * n_q_, n_theta_ + 1)},
+      slope_(n_theta_ + 1),
+      dh_(n_theta_) {
   restart(nullptr);
 }
 
 void Sensitivity::restart(const FesdStep* before) {
   reached_.q = varied_.dq0();
   reached_.v = varied_.dv0();
-  reached_.t = Vector::Zero(n_theta_);
+  reached_.t.setZero(n_theta_);
   reached_.is_at_switch = false;
   reached_.modes.clear();
-  n_elements_ = 0;
   if (!before) return;
   remember_end(*before);
   const Element& last = before->last();
@@ -42,17 +50,22 @@ void Sensitivity::remember_end(const FesdStep& step) {
   const Element& last = step.last();
   reached_.is_at_switch = step.ends[static_cast<std::size_t>(step.n_elements) - 1].contact >= 0;
   reached_.modes = last.modes;
-  const bool is_known = tableau_.right_end.size() > 0;
-  reached_.lambda_n = is_known ? last.end_lambda_n : last.lambda_n.col(n_s_ - 1);
-  reached_.lambda_t = is_known ? last.end_lambda_t : last.lambda_t.col(n_s_ - 1);
+  if (tableau_.right_end.size() > 0) {
+    reached_.lambda_n = last.end_lambda_n;
+    reached_.lambda_t = last.end_lambda_t;
+  } else {
+    reached_.lambda_n = last.lambda_n.col(n_s_ - 1);
+    reached_.lambda_t = last.lambda_t.col(n_s_ - 1);
+  }
 }
 
 void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
   const int N = step.n_elements;
   before_ = reached_;
-  dt_elements_.resize(static_cast<std::size_t>(N));
-  elements_.resize(std::max(elements_.size(), keeps_elements_ ? static_cast<std::size_t>(N) : 1));
-  n_elements_ = keeps_elements_ ? static_cast<std::size_t>(N) : 0;
+  if (std::ssize(dt_elements_) < N) dt_elements_.resize(static_cast<std::size_t>(N));
+  const std::size_t n_kept = kept_ ? static_cast<std::size_t>(N) : 1;
+  std::vector<ElementDerivatives>& elements = kept_ ? *kept_ : elements_;
+  if (elements.size() < n_kept) elements.resize(n_kept);
   if (!reached_.modes.empty() && !reached_.is_at_switch) through_switch_at_start(step);
   for (int first = 0; first < N;) {
     int count = 1;  // of the run of equal elements
@@ -61,35 +74,35 @@ void Sensitivity::add(const FesdStep& step, const Vector& dt_end) {
     const Switch& end = step.ends[first + count - 1];
     const Switch none;
 
-    State state{Matrix::Zero(n_q_, n_theta_ + 1), Matrix::Zero(n_q_, n_theta_ + 1)};
-    state.q.leftCols(n_theta_) = reached_.q;
-    state.v.leftCols(n_theta_) = reached_.v;
-    ElementVariation element;
+    state_.q << reached_.q, Vector::Zero(n_q_);
+    state_.v << reached_.v, Vector::Zero(n_q_);
     for (int k = first; k < first + count; ++k) {
-      ElementDerivatives& stages = elements_[keeps_elements_ ? static_cast<std::size_t>(k) : 0];
-      stages.v_minus = state.v;
-      through_start(step, k, state);
-      element = through_element(step.elements[k], k + 1 < first + count ? none : end, state, stages);
+      ElementDerivatives& stages = elements[kept_ ? static_cast<std::size_t>(k) : 0];
+      stages.v_minus = state_.v;
+      through_start(step, k, state_);
+      through_element(step.elements[k], k + 1 < first + count ? none : end, state_, stages);
     }
-    Vector dh;
     if (end.contact >= 0) {
-      const Eigen::RowVectorXd slope = switch_slope(last, end, state, element.forces);
-      dh = -slope.head(n_theta_).transpose() / slope[n_theta_];  // (4)
+      set_switch_slope(last, end, state_, element_.forces);
+      dh_ = -slope_.head(n_theta_).transpose() / slope_[n_theta_];  // (4)
     } else {
-      dh = (dt_end - reached_.t) / count;  // (5)
+      dh_ = (dt_end - reached_.t) / count;  // (5)
     }
-    reached_.q = state.q.leftCols(n_theta_) + state.q.col(n_theta_) * dh.transpose();
-    reached_.v = state.v.leftCols(n_theta_) + state.v.col(n_theta_) * dh.transpose();
-    stage_accelerations_ = element.accelerations.leftCols(n_theta_);
-    stage_accelerations_ += element.accelerations.col(n_theta_) * dh.transpose();
+    const auto at_end = [&](const Matrix& values, Matrix& sum) {
+      sum = values.leftCols(n_theta_);
+      sum.noalias() += values.col(n_theta_).lazyProduct(dh_.transpose());
+    };
+    at_end(state_.q, reached_.q);
+    at_end(state_.v, reached_.v);
+    at_end(element_.accelerations, stage_accelerations_);
     for (int k = first; k < first + count; ++k) {
       dt_elements_[static_cast<std::size_t>(k)] = reached_.t;
-      reached_.t += dh;
-      if (!keeps_elements_) continue;
-      ElementDerivatives& kept = elements_[static_cast<std::size_t>(k)];
+      reached_.t += dh_;
+      if (!kept_) continue;
+      ElementDerivatives& kept = elements[static_cast<std::size_t>(k)];
       for (Matrix* values : {&kept.q, &kept.v, &kept.forces, &kept.v_minus, &kept.start_q, &kept.start_v})
-        values->leftCols(n_theta_) += values->col(n_theta_) * dh.transpose();
-      kept.h = dh;
+        values->leftCols(n_theta_).noalias() += values->col(n_theta_).lazyProduct(dh_.transpose());
+      kept.h = dh_;
     }
     first += count;
   }
@@ -113,38 +126,43 @@ int Sensitivity::switch_at_start(const std::vector<ContactMode>& before, const F
 void Sensitivity::through_switch_at_start(const FesdStep& step) {
   const int contact = switch_at_start(reached_.modes, step);
   if (contact < 0) return;
-  const Vector q = step.elements[0].q0, v = step.v_minus.col(0);
+  const ScratchPool::Frame frame(point_.pool());
+  const Eigen::Ref<const Vector> q = step.elements[0].q0, v = step.v_minus.col(0);
   const bool has_impulse = step.Lambda_n(contact, 0) > 0;
-  const Matrix J_n = problem_.normal_jacobian(q), J_t = problem_.tangent_jacobian(q);
-  const Vector contact_force = problem_.force_directions(J_n * reached_.lambda_n + J_t * reached_.lambda_t),
-               a = CholeskyFactors(problem_.mass_matrix(q)).solve(problem_.force(q, v) + contact_force);
-  const Matrix direct = varied_.rows(q, v, a, reached_.lambda_n, reached_.lambda_t).leftCols(n_theta_);
-  Matrix slope;        // of the switch functions, by theta
-  Vector slope_per_h;  // by the length of the element
+  const auto J = point_.jacobians(q, v);
+  VectorMap a = point_.pool().vector(n_q_);
+  point_.acceleration(q, v, J, reached_.lambda_n, reached_.lambda_t, a);
+  MatrixMap direct = point_.pool().matrix(varied_.n_rows(), n_theta_);
+  varied_.rows({q, v, a, reached_.lambda_n, reached_.lambda_t}, point_.pool(), direct);
+  const auto& info = problem_.info().contacts[contact];
+  const Eigen::Index n = has_impulse ? 1 : info.n_t;
+  MatrixMap slope = point_.pool().matrix(n, n_theta_);  // of the switch functions, by theta
+  VectorMap slope_per_h = point_.pool().vector(n);      // by the length of the element
   if (has_impulse) {
-    slope = J_n.col(contact).transpose() * reached_.q + direct.row(varied_.gap_row(contact));
-    slope_per_h = J_n.col(contact).transpose() * v;
+    slope = direct.row(varied_.gap_row(contact));
+    slope.noalias() += J.J_n.col(contact).transpose().lazyProduct(reached_.q);
+    slope_per_h[0] = J.J_n.col(contact).dot(v);
   } else {
-    const auto& info = problem_.info().contacts[contact];
-    Matrix T(n_t_, n_q_);
-    problem_.slip_velocity_derivative(q.data(), v.data(), T.data());
-    const Matrix s_q = T.middleRows(info.tangent_index, info.n_t),
-                 s_v = J_t.middleCols(info.tangent_index, info.n_t).transpose();
-    slope = s_q * reached_.q + s_v * reached_.v + direct.middleRows(varied_.slip_row(contact), info.n_t);
-    slope_per_h = s_q * v + s_v * a;
+    const auto s_q = J.T.middleRows(info.tangent_index, info.n_t);
+    const auto s_v = J.J_t.middleCols(info.tangent_index, info.n_t).transpose();
+    slope = direct.middleRows(varied_.slip_row(contact), info.n_t);
+    slope.noalias() += s_q.lazyProduct(reached_.q);
+    slope.noalias() += s_v.lazyProduct(reached_.v);
+    slope_per_h.noalias() = s_q.lazyProduct(v);
+    slope_per_h.noalias() += s_v.lazyProduct(a);
   }
-  const Vector dh = -slope.transpose() * slope_per_h / slope_per_h.squaredNorm();
-  reached_.q += v * dh.transpose();
-  reached_.v += a * dh.transpose();
-  reached_.t += dh;
+  dh_.noalias() = slope.transpose().lazyProduct(slope_per_h);
+  dh_ /= -slope_per_h.squaredNorm();
+  reached_.q.noalias() += v.lazyProduct(dh_.transpose());
+  reached_.v.noalias() += a.lazyProduct(dh_.transpose());
+  reached_.t += dh_;
 }
 
 void Sensitivity::through_start(const FesdStep& step, int element, State& state) const {
   if (!step.touches || step.Lambda_n.col(element).isZero(0)) return;
   const Element& e = step.elements[element];
-  const Vector v_minus = step.v_minus.col(element), Lambda_n = step.Lambda_n.col(element),
-               Lambda_t = step.Lambda_t.col(element);
-  point_.through_impact({e.q0, v_minus, e.v0, Lambda_n, Lambda_t}, state.q, state.v);
+  point_.through_impact({e.q0, step.v_minus.col(element), e.v0, step.Lambda_n.col(element), step.Lambda_t.col(element)},
+                        state.q, state.v);
 }
 
 /// (8) of switch_function.h holds at the right end, which is a stage.
@@ -165,40 +183,67 @@ Sensitivity::Friction Sensitivity::slip_at_end(const Element& e, int contact, do
 }
 
 /// Friction laws of the closed contacts for PointVariation. @param lambda_n  n_c, or impulses
-std::vector<Sensitivity::Friction> Sensitivity::laws_at_end(const Element& e, const Switch& end,
-                                                            const Vector& lambda_n) const {
-  std::vector<Friction> laws;
+void Sensitivity::set_laws_at_end(const Element& e, const Switch& end, const Eigen::Ref<const Vector>& lambda_n) {
+  laws_.clear();
   for (int i = 0; i < n_c_; ++i) {
     if (!is_closed(e.modes[i])) continue;
-    laws.emplace_back();
+    laws_.emplace_back();
     if (problem_.info().contacts[i].n_t == 0) continue;
-    laws.back() = slip_at_end(e, i, lambda_n[i]);
-    laws.back().sticks = sticks_at_end(e, end, i);
+    laws_.back() = slip_at_end(e, i, lambda_n[i]);
+    laws_.back().sticks = sticks_at_end(e, end, i);
   }
-  return laws;
 }
 
-/// (10) of end_projection.h
-void Sensitivity::through_projection(const Element& e, const Switch& end, State& state) const {
-  const Vector v_minus = e.v0 + e.h * e.a * tableau_.b;
-  const Matrix J_n = problem_.normal_jacobian(e.q1), J_t = problem_.tangent_jacobian(e.q1);
-  Matrix forces = Matrix::Zero(n_c_ + n_t_, n_c_ + n_t_), C(n_q_, n_c_ + n_t_);  // of one impulse per column
-  for (int i = 0; i < n_c_; ++i) {
+/// (10) of end_projection.h. With the impulses C Lambda of all closed contacts, of which the directions may depend on each
+/// other, M (v_1 - v-) = C Lambda has the shortest solution Lambda = (C' M^-1 C)^+ C' (v_1 - v-).
+void Sensitivity::through_projection(const Element& e, const Switch& end, State& state) {
+  ScratchPool& pool = point_.pool();
+  const ScratchPool::Frame frame(pool);
+  VectorMap v_minus = pool.vector(n_q_), jump = pool.vector(n_q_), Lambda_n = pool.vector(n_c_),
+            Lambda_t = pool.vector(n_t_);
+  v_minus = e.v0;
+  for (int j = 0; j < n_s_; ++j) v_minus += e.h * tableau_.b[j] * e.a.col(j);
+  const auto J = point_.jacobians(e.q1);
+  Eigen::Index n = 0;  // impulses, in the order of the contacts: that of the gap, then those of a contact that sticks
+  for (const auto& [i, row] : numbering_.contacts)
+    n += 1 + (sticks_at_end(e, end, i) ? problem_.info().contacts[i].n_t : 0);
+  MatrixMap C = pool.matrix(n_q_, n), MC = pool.matrix(n_q_, n), delassus = pool.matrix(n, n);
+  VectorMap Lambda = pool.vector(n);
+  Eigen::Index k = 0;
+  for (const auto& [i, row] : numbering_.contacts) {
     const auto& contact = problem_.info().contacts[i];
-    const int t = n_c_ + contact.tangent_index;
-    if (!is_closed(e.modes[i])) continue;
-    forces(i, i) = 1;
-    if (sticks_at_end(e, end, i))
-      forces.block(t, t, contact.n_t, contact.n_t).setIdentity();
-    else if (contact.n_t > 0)
-      forces.block(t, i, contact.n_t, 1) = -contact.mu * slip_at_end(e, i, 0).direction;
+    C.col(k++) = J.J_n.col(i);
+    if (sticks_at_end(e, end, i)) {
+      for (int d = 0; d < contact.n_t; ++d) C.col(k++) = J.J_t.col(contact.tangent_index + d);
+    } else if (contact.n_t > 0) {
+      const Friction slip = slip_at_end(e, i, 0);
+      for (int d = 0; d < contact.n_t; ++d)
+        C.col(k - 1) -= contact.mu * slip.direction[d] * J.J_t.col(contact.tangent_index + d);
+    }
   }
-  C << problem_.force_directions(J_n), problem_.force_directions(J_t);
-  C *= forces;
-  const Vector Lambda = forces * least_squares(C, problem_.mass_matrix(e.q1) * (e.v1 - v_minus)),
-               Lambda_n = Lambda.head(n_c_), Lambda_t = Lambda.tail(n_t_);
-  point_.through_impulse(PointVariation::numbering(problem_.info(), e.modes), {e.q1, v_minus, e.v1, Lambda_n, Lambda_t},
-                         false, laws_at_end(e, end, Lambda_n), state.q, state.v);
+  if (problem_.info().clock >= 0) C.row(problem_.info().clock).setZero();
+  MC = C;
+  point_.divide_by_mass(e.q1, MC);
+  delassus.noalias() = C.transpose().lazyProduct(MC);
+  jump = e.v1 - v_minus;
+  Lambda.noalias() = C.transpose().lazyProduct(jump);
+  delassus_.factorize(delassus);
+  delassus_.apply_in_place(Lambda);
+  Lambda_n.setZero();
+  Lambda_t.setZero();
+  k = 0;
+  for (const auto& [i, row] : numbering_.contacts) {
+    const auto& contact = problem_.info().contacts[i];
+    Lambda_n[i] = Lambda[k++];
+    auto tangential = Lambda_t.segment(contact.tangent_index, contact.n_t);
+    if (sticks_at_end(e, end, i)) {
+      for (int d = 0; d < contact.n_t; ++d) tangential[d] = Lambda[k++];
+    } else if (contact.n_t > 0) {
+      tangential = -contact.mu * Lambda_n[i] * slip_at_end(e, i, 0).direction;
+    }
+  }
+  set_laws_at_end(e, end, Lambda_n);
+  point_.through_impulse(numbering_, {e.q1, v_minus, e.v1, Lambda_n, Lambda_t}, false, laws_, state.q, state.v);
 }
 
 /// (3) at fixed accelerations.
@@ -208,128 +253,191 @@ void Sensitivity::start_stages(const Element& e, const State& start, ElementDeri
   stages.start_v = start.v;
   stages.q.resize(n_s_ * n_q_, n_theta_ + 1);
   stages.v.resize(n_s_ * n_q_, n_theta_ + 1);
+  for (Eigen::Index c = 0; c <= n_theta_; ++c) {
+    const double *q_0 = &start.q(0, c), *v_0 = &start.v(0, c);
+    double *q = &stages.q(0, c), *v = &stages.v(0, c);
+    for (int j = 0; j < n_s_; ++j) {
+      for (int i = 0; i < n_q_; ++i) {
+        *q++ = q_0[i] + h * r_[j] * v_0[i];
+        *v++ = v_0[i];
+      }
+    }
+  }
   for (int j = 0; j < n_s_; ++j) {
-    auto q = stages.q.middleRows(j * n_q_, n_q_), v = stages.v.middleRows(j * n_q_, n_q_);
-    q = start.q + h * r_[j] * start.v;
-    v = start.v;
-    q.col(n_theta_) += r_[j] * e.v0;
+    auto q = stages.q.col(n_theta_).segment(j * n_q_, n_q_), v = stages.v.col(n_theta_).segment(j * n_q_, n_q_);
+    q += r_[j] * e.v0;
     for (int l = 0; l < n_s_; ++l) {
-      q.col(n_theta_) += 2 * h * A2_(j, l) * e.a.col(l);
-      v.col(n_theta_) += tableau_.A(j, l) * e.a.col(l);
+      q += 2 * h * A2_(j, l) * e.a.col(l);
+      v += tableau_.A(j, l) * e.a.col(l);
     }
   }
 }
 
 /// Adds what the accelerations contribute to (3), and the forces. @param dx  of the unknowns
-void Sensitivity::finish_stages(const Element& e, const Matrix& dx, const Numbering& numbering,
-                                ElementDerivatives& stages) const {
+void Sensitivity::finish_stages(const Element& e, const MatrixMap& dx, ElementDerivatives& stages) const {
   const double h = e.h;
-  const Eigen::Index n = numbering.size, n_forces = n_c_ + n_t_;
-  stages.forces.setZero(n_s_ * n_forces, n_theta_ + 1);
-  for (int j = 0; j < n_s_; ++j) {
-    for (int l = 0; l < n_s_; ++l) {
-      stages.q.middleRows(j * n_q_, n_q_) += h * h * A2_(j, l) * dx.middleRows(l * n, n_q_);
-      stages.v.middleRows(j * n_q_, n_q_) += h * tableau_.A(j, l) * dx.middleRows(l * n, n_q_);
+  const Eigen::Index n = numbering_.size, n_forces = n_c_ + n_t_;
+  for (Eigen::Index c = 0; c <= n_theta_; ++c) {
+    for (int j = 0; j < n_s_; ++j) {
+      double *q = &stages.q(j * n_q_, c), *v = &stages.v(j * n_q_, c);
+      for (int l = 0; l < n_s_; ++l) {
+        const double *dw = &dx(l * n, c), for_q = h * h * A2_(j, l), for_v = h * tableau_.A(j, l);
+        for (int i = 0; i < n_q_; ++i) {
+          q[i] += for_q * dw[i];
+          v[i] += for_v * dw[i];
+        }
+      }
     }
-    point_.add_forces(numbering, dx.middleRows(j * n, n), 1, stages.forces.middleRows(j * n_forces, n_forces));
   }
+  stages.forces.setZero(n_s_ * n_forces, n_theta_ + 1);
+  if (numbering_.contacts.empty()) return;
+  for (int j = 0; j < n_s_; ++j)
+    point_.add_forces(numbering_, dx.middleRows(j * n, n), 1, stages.forces.middleRows(j * n_forces, n_forces));
+}
+
+/// (1), (2) of one stage. @param K  its rows of the matrix of all accelerations and forces; @param R  n x (n_theta + 1)
+void Sensitivity::add_stage(const Element& e, const Switch& end, int j, const ElementDerivatives& stages,
+                            Eigen::Ref<Matrix> K, Eigen::Ref<Matrix> R) {
+  ScratchPool& pool = point_.pool();
+  const ScratchPool::Frame frame(pool);
+  const ProblemInfo& info = problem_.info();
+  const double h = e.h;
+  const Eigen::Index n = numbering_.size;
+  const PointOfMotion at{e.q.col(j), e.v.col(j), e.a.col(j), e.lambda_n.col(j), e.lambda_t.col(j)};
+  const bool varies = varied_.varies_parameters();
+  Rows rows(pool, n, n_q_, n_theta_ + 1);
+  MatrixMap direct = pool.matrix(varies ? varied_.n_rows() : n_q_, n_theta_ + 1);
+  varied_.rows(at, pool, direct);
+  rows.theta.topRows(n_q_) = direct.topRows(n_q_);
+  const bool is_free = numbering_.contacts.empty();
+  const auto J = is_free ? PointVariation::Jacobians{{nullptr, 0, 0}, {nullptr, 0, 0}, {nullptr, 0, 0}}
+                         : point_.jacobians(at.q, at.v);
+  point_.set_motion(numbering_, at, J, rows);  // (1)
+  for (const auto& [i, row] : numbering_.contacts) {
+    const auto& contact = info.contacts[i];
+    rows.q.row(row) = J.J_n.col(i).transpose() / (h * h);  // (2), scaled for the pivoting
+    if (varies) rows.theta.row(row) = direct.row(varied_.gap_row(i)) / (h * h);
+    if (contact.n_t == 0) continue;
+    Friction friction = point_.slip(i, point_.slip_velocity(i, J, at.v), at.lambda_n[i], slip_sign(e.modes[i]),
+                                    e.slip_start.segment(contact.tangent_index, contact.n_t));
+    friction.sticks = e.modes[i] == ContactMode::stick || (j == n_s_ - 1 && sticks_at_end(e, end, i));
+    point_.add_friction(i, friction, J, at.lambda_n[i], direct, row, row + 1, rows);
+  }
+  R = rows.theta;
+  R.noalias() += rows.q.lazyProduct(stages.q.middleRows(j * n_q_, n_q_));
+  if (!rows.v.isZero(0)) R.noalias() += rows.v.lazyProduct(stages.v.middleRows(j * n_q_, n_q_));
+  for (int l = 0; l < n_s_; ++l) {
+    auto block = K.middleCols(l * n, n);
+    block.setZero();
+    if (l == j) block = rows.x;
+    block.leftCols(n_q_) += h * h * A2_(j, l) * rows.q + h * tableau_.A(j, l) * rows.v;
+  }
+}
+
+/// Replaces R by K^-1 R. Without contacts K is M up to O(h); of redundant contacts, any of the forces that balance each
+/// other will do. Elements of equal length and modes often have the same K.
+void Sensitivity::solve(const MatrixMap& K, MatrixMap& R) {
+  const auto size = static_cast<std::size_t>(K.rows());
+  if (factors_.size() <= size) factors_.resize(size + 1);
+  if (!factors_[size]) factors_[size] = std::make_unique<Factors>();
+  Factors& factors = *factors_[size];
+  if (factors.K.rows() != K.rows() || !(factors.K.array() == K.array()).all()) {
+    ++n_factorisations_;
+    factors.K = K;
+    factors.lu.factorize(factors.K);
+    factors.is_singular = !(factors.lu.smallest_pivot() > kSuspicious);
+    if (factors.is_singular) {
+      factors.scale = K.cwiseAbs().rowwise().maxCoeff();
+      factors.scale = (factors.scale.array() > 0).select(factors.scale.cwiseInverse(), 1);
+      const ScratchPool::Frame frame(point_.pool());
+      MatrixMap scaled = point_.pool().matrix(K.rows(), K.cols());
+      scaled = factors.scale.asDiagonal() * K;
+      factors.complete.factorize(scaled);
+    }
+  }
+  if (!factors.is_singular) {
+    factors.lu.solve_in_place(R.data(), static_cast<int>(R.cols()));
+    return;
+  }
+  R.array().colwise() *= factors.scale.array();
+  factors.complete.solve_in_place(R);
 }
 
 /// (1)-(3)
-Sensitivity::ElementVariation Sensitivity::through_element(const Element& e, const Switch& end, State& state,
-                                                           ElementDerivatives& stages) {
-  const ProblemInfo& info = problem_.info();
-  const Matrix& A = tableau_.A;
+void Sensitivity::through_element(const Element& e, const Switch& end, State& state, ElementDerivatives& stages) {
+  ScratchPool& pool = point_.pool();
+  const ScratchPool::Frame frame(pool);
   const double h = e.h;
-
   start_stages(e, state, stages);
-  const Numbering numbering = PointVariation::numbering(info, e.modes);
-  const Eigen::Index n = numbering.size;
-  auto& [K, R, rows, q, v, a, lambda_n, lambda_t] = scratch_;
-  K.setZero(n_s_ * n, n_s_ * n);
-  R.resize(n_s_ * n, n_theta_ + 1);
-  for (int j = 0; j < n_s_; ++j) {
-    q = e.q.col(j);
-    v = e.v.col(j);
-    a = e.a.col(j);
-    lambda_n = e.lambda_n.col(j);
-    lambda_t = e.lambda_t.col(j);
-    const Matrix direct = varied_.rows(q, v, a, lambda_n, lambda_t);
-    point_.set_motion(numbering, {q, v, a, lambda_n, lambda_t}, direct, rows);  // (1)
-    Matrix J_n;
-    if (!numbering.contacts.empty()) J_n = problem_.normal_jacobian(q);
-    for (const auto& [i, row] : numbering.contacts) {
-      const auto& contact = info.contacts[i];
-      rows.q.row(row) = J_n.col(i).transpose() / (h * h);  // (2), scaled for the pivoting
-      rows.theta.row(row) = direct.row(varied_.gap_row(i)) / (h * h);
-      if (contact.n_t > 0) {
-        Friction friction = point_.slip(i, point_.slip_velocity(i, q, v), lambda_n[i], slip_sign(e.modes[i]),
-                                        e.slip_start.segment(contact.tangent_index, contact.n_t));
-        friction.sticks = e.modes[i] == ContactMode::stick || (j == n_s_ - 1 && sticks_at_end(e, end, i));
-        point_.add_friction(i, friction, q, v, lambda_n[i], direct, row, row + 1, rows);
-      }
-    }
-    R.middleRows(j * n, n) = rows.theta;
-    R.middleRows(j * n, n).noalias() += rows.q * stages.q.middleRows(j * n_q_, n_q_);
-    R.middleRows(j * n, n).noalias() += rows.v * stages.v.middleRows(j * n_q_, n_q_);
-    K.block(j * n, j * n, n, n) += rows.x;
-    for (int l = 0; l < n_s_; ++l) K.block(j * n, l * n, n, n_q_) += h * h * A2_(j, l) * rows.q + h * A(j, l) * rows.v;
-  }
-  // Without contacts K is M up to O(h); of redundant contacts, any of the forces that balance each other will do.
-  const Matrix dx = numbering.contacts.empty() ? -solve_partial_pivoting(K, R) : -solve_consistent(K, R);
+  numbering_.set(problem_.info(), e.modes);
+  const Eigen::Index n = numbering_.size;
+  MatrixMap K = pool.matrix(n_s_ * n, n_s_ * n), dx = pool.matrix(n_s_ * n, n_theta_ + 1);
+  for (int j = 0; j < n_s_; ++j) add_stage(e, end, j, stages, K.middleRows(j * n, n), dx.middleRows(j * n, n));
+  solve(K, dx);
+  dx = -dx;
 
-  finish_stages(e, dx, numbering, stages);
-  ElementVariation element{Matrix::Zero(n_c_ + n_t_, n_theta_ + 1), Matrix(n_s_ * n_q_, n_theta_ + 1)};
+  finish_stages(e, dx, stages);
+  const bool has_forces = needs_forces(end);
+  element_.forces.setZero();
   state.q += h * state.v;
-  state.q.col(n_theta_) += e.v0 + 2 * h * e.a * bA_;
-  state.v.col(n_theta_) += e.a * tableau_.b;
+  state.q.col(n_theta_) += e.v0;
   for (int j = 0; j < n_s_; ++j) {
     const auto dw = dx.middleRows(j * n, n_q_);
-    element.accelerations.middleRows(j * n_q_, n_q_) = dw;
+    element_.accelerations.middleRows(j * n_q_, n_q_) = dw;
+    state.q.col(n_theta_) += 2 * h * bA_[j] * e.a.col(j);
+    state.v.col(n_theta_) += tableau_.b[j] * e.a.col(j);
     state.q += h * h * bA_[j] * dw;
     state.v += h * tableau_.b[j] * dw;
-    if (tableau_.right_end.size() > 0)
-      point_.add_forces(numbering, dx.middleRows(j * n, n), tableau_.right_end[j], element.forces);
+    if (has_forces && tableau_.right_end.size() > 0)
+      point_.add_forces(numbering_, dx.middleRows(j * n, n), tableau_.right_end[j], element_.forces);
   }
   if (e.is_projected) through_projection(e, end, state);
-  if (e.has_end_forces && !stops_in_space(e, end)) element.forces = constrained_forces(e, end, state);
-  return element;
+  if (has_forces && e.has_end_forces && !stops_in_space(e, end)) set_constrained_forces(e, end, state);
 }
 
-/// (11) of end_projection.h, varied. @param state  at the right end
-Matrix Sensitivity::constrained_forces(const Element& e, const Switch& end, const State& state) const {
-  const Vector &q = e.q1, &v = e.v1, &lambda_n = e.end_lambda_n, &lambda_t = e.end_lambda_t;
-  const Matrix D_n = problem_.force_directions(problem_.normal_jacobian(q)),
-               D_t = problem_.force_directions(problem_.tangent_jacobian(q));
-  const Vector a =
-      CholeskyFactors(problem_.mass_matrix(q)).solve(problem_.force(q, v) + D_n * lambda_n + D_t * lambda_t);
-  const Numbering numbering = PointVariation::numbering(problem_.info(), e.modes);
-  const Matrix dx =
-      point_.accelerations(numbering, {q, v, a, lambda_n, lambda_t}, varied_.rows(q, v, a, lambda_n, lambda_t),
-                           laws_at_end(e, end, lambda_n), e.h, state.q, state.v);
-  Matrix forces = Matrix::Zero(n_c_ + n_t_, n_theta_ + 1);
-  point_.add_forces(numbering, dx, 1, forces);
-  return forces;
+/// Whether the forces at the right end decide when the switch happens, (4).
+bool Sensitivity::needs_forces(const Switch& end) const {
+  if (end.contact < 0 || end.kind == SwitchKind::gap_closes) return false;
+  return end.kind != SwitchKind::slip_stops || problem_.info().contacts[end.contact].n_t == 2;
 }
 
-/// (4) @param e  the last element of the run; @param state  at its right end; @param forces  its variations
-Eigen::RowVectorXd Sensitivity::switch_slope(const Element& e, const Switch& end, const State& state,
-                                             const Matrix& forces) const {
+/// (11) of end_projection.h, varied: the forces of element_. @param state  at the right end
+void Sensitivity::set_constrained_forces(const Element& e, const Switch& end, const State& state) {
+  ScratchPool& pool = point_.pool();
+  const ScratchPool::Frame frame(pool);
+  VectorMap a = pool.vector(n_q_);
+  point_.acceleration(e.q1, e.v1, point_.jacobians(e.q1), e.end_lambda_n, e.end_lambda_t, a);
+  const PointOfMotion at{e.q1, e.v1, a, e.end_lambda_n, e.end_lambda_t};
+  MatrixMap direct = pool.matrix(varied_.n_rows(), n_theta_ + 1), dx = pool.matrix(numbering_.size, n_theta_ + 1);
+  varied_.rows(at, pool, direct);
+  set_laws_at_end(e, end, e.end_lambda_n);
+  point_.accelerations(numbering_, at, direct, laws_, e.h, state.q, state.v, dx);
+  element_.forces.setZero();
+  point_.add_forces(numbering_, dx, 1, element_.forces);
+}
+
+/// (4), into slope_. @param e  the last element of the run; @param state  at its right end; @param forces  its variations
+void Sensitivity::set_switch_slope(const Element& e, const Switch& end, const State& state, const Matrix& forces) {
+  ScratchPool& pool = point_.pool();
+  const ScratchPool::Frame frame(pool);
   const auto& contact = problem_.info().contacts[end.contact];
-  const Matrix direct = varied_.rows(e.q1, e.v1, e.a.col(n_s_ - 1), e.lambda_n.col(n_s_ - 1), e.lambda_t.col(n_s_ - 1));
+  MatrixMap direct = pool.matrix(varied_.n_rows(), n_theta_ + 1);
+  varied_.rows({e.q1, e.v1, e.a.col(n_s_ - 1), e.lambda_n.col(n_s_ - 1), e.lambda_t.col(n_s_ - 1)}, pool, direct);
   switch (end.kind) {
     case SwitchKind::gap_closes:
-      return problem_.normal_jacobian(e.q1).col(end.contact).transpose() * state.q +
-             direct.row(varied_.gap_row(end.contact));
+      slope_ = direct.row(varied_.gap_row(end.contact));
+      slope_.noalias() += point_.jacobians(e.q1).J_n.col(end.contact).transpose().lazyProduct(state.q);
+      return;
     case SwitchKind::force_vanishes:
-      return forces.row(end.contact);
+      slope_ = forces.row(end.contact);
+      return;
     case SwitchKind::slip_stops: {
       if (contact.n_t == 2) break;  // (8) of switch_function.h: the cone
-      Matrix T(n_t_, n_q_);
-      problem_.slip_velocity_derivative(e.q1.data(), e.v1.data(), T.data());
-      return T.row(contact.tangent_index) * state.q +
-             problem_.tangent_jacobian(e.q1).col(contact.tangent_index).transpose() * state.v +
-             direct.row(varied_.slip_row(end.contact));
+      const auto J = point_.jacobians(e.q1, e.v1);
+      slope_ = direct.row(varied_.slip_row(end.contact));
+      slope_.noalias() += J.T.row(contact.tangent_index).lazyProduct(state.q);
+      slope_.noalias() += J.J_t.col(contact.tangent_index).transpose().lazyProduct(state.v);
+      return;
     }
     case SwitchKind::cone_reached:
       break;
@@ -337,11 +445,13 @@ Eigen::RowVectorXd Sensitivity::switch_slope(const Element& e, const Switch& end
     case SwitchKind::edge_left:
       throw std::logic_error("a switch of the friction polygon, which sensitivities are declined with");
   }
-  const bool is_of_stage = stops_in_space(e, end);
-  const double lambda_n = is_of_stage ? e.lambda_n(end.contact, n_s_ - 1) : e.end_lambda_n[end.contact];
-  const Vector lambda_t =
-      (is_of_stage ? Vector(e.lambda_t.col(n_s_ - 1)) : e.end_lambda_t).segment(contact.tangent_index, contact.n_t);
-  return point_.cone_margin(end.contact, lambda_n, lambda_t, forces);
+  if (stops_in_space(e, end)) {
+    point_.cone_margin(end.contact, e.lambda_n(end.contact, n_s_ - 1),
+                       e.lambda_t.col(n_s_ - 1).segment(contact.tangent_index, contact.n_t), forces, slope_);
+  } else {
+    point_.cone_margin(end.contact, e.end_lambda_n[end.contact],
+                       e.end_lambda_t.segment(contact.tangent_index, contact.n_t), forces, slope_);
+  }
 }
 
 }  // namespace ricochet

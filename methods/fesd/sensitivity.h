@@ -1,10 +1,12 @@
 #pragma once
 
-#include <span>
+#include <memory>
 #include <string>
 #include <vector>
 
 #include "methods/elements/fesd_step.h"
+#include "methods/linear_algebra/rank_revealing.h"
+#include "methods/linear_algebra/small_lu.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 #include "methods/variations/point_variation.h"
 
@@ -56,8 +58,6 @@ class Sensitivity {
   /// Begins again at the end of a step. The variations there are those of the variables, moved to where the contacts that
   /// this step ends with stay closed. @param before  null where a run begins
   void restart(const FesdStep* before);
-  /// Keeps elements() of the steps that follow.
-  void keep_elements() { keeps_elements_ = true; }
 
   /// The contact whose switch falls on the boundary of two steps, (6): it closes with an impulse, or its slip stops without
   /// one. -1 for none. @param before  modes at the end of the step before. @param step  the one that begins there
@@ -81,9 +81,11 @@ class Sensitivity {
     Matrix start_q, start_v;  ///< n_q rows each, at the left end after it
     Vector h;                 ///< n_theta, of the length
   };
-  /// Of the last step, after keep_elements(); valid until the next add().
-  std::span<const ElementDerivatives> elements() const { return {elements_.data(), n_elements_}; }
+  /// Writes those of the elements of the next step, in the order of time. @param elements  null for none; else it grows
+  /// where the step has more of them, and must outlive that add()
+  void write_elements(std::vector<ElementDerivatives>* elements) { kept_ = elements; }
   const PointVariation& point() const { return point_; }
+  long factorisations() const { return n_factorisations_; }      ///< of the matrices of elements, so far
   const Vector& dt_final() const { return varied_.dt_final(); }  ///< of the problem's end_time
   /// Derivatives of the time of the left end of an element of the last step.
   const Vector& dt_of_element(int element) const { return dt_elements_[static_cast<std::size_t>(element)]; }
@@ -102,20 +104,20 @@ class Sensitivity {
   static bool stops_in_space(const Element& e, const Switch& end);
   static bool sticks_at_end(const Element& e, const Switch& end, int contact);
   Friction slip_at_end(const Element& e, int contact, double lambda_n) const;
-  std::vector<Friction> laws_at_end(const Element& e, const Switch& end, const Vector& lambda_n) const;
-  Matrix constrained_forces(const Element& e, const Switch& end, const State& state) const;
-  void through_projection(const Element& e, const Switch& end, State& state) const;
-  /// Variations inside an element, columns as in State.
-  struct ElementVariation {
-    Matrix forces;         // at the right end: n_c, then n_t, rows
-    Matrix accelerations;  // of the stages: n_s times n_q rows
-  };
+  void set_laws_at_end(const Element& e, const Switch& end, const Eigen::Ref<const Vector>& lambda_n);
+  bool needs_forces(const Switch& end) const;
+  void set_constrained_forces(const Element& e, const Switch& end, const State& state);
+  void through_projection(const Element& e, const Switch& end, State& state);
   void start_stages(const Element& e, const State& start, ElementDerivatives& stages) const;
-  void finish_stages(const Element& e, const Matrix& dx, const Numbering& numbering, ElementDerivatives& stages) const;
+  void add_stage(const Element& e, const Switch& end, int j, const ElementDerivatives& stages, Eigen::Ref<Matrix> K,
+                 Eigen::Ref<Matrix> R);
+  void solve(const MatrixMap& K, MatrixMap& R);
+  void finish_stages(const Element& e, const MatrixMap& dx, ElementDerivatives& stages) const;
   void remember_end(const FesdStep& step);
+  /// @param state  in: at the left end; out: at the right end
   /// @param stages  out: of the element, with a last column per unit of h
-  ElementVariation through_element(const Element& e, const Switch& end, State& state, ElementDerivatives& stages);
-  Eigen::RowVectorXd switch_slope(const Element& e, const Switch& end, const State& state, const Matrix& forces) const;
+  void through_element(const Element& e, const Switch& end, State& state, ElementDerivatives& stages);
+  void set_switch_slope(const Element& e, const Switch& end, const State& state, const Matrix& forces);
 
   const VariedProblem varied_;
   const PointVariation point_;
@@ -137,15 +139,32 @@ class Sensitivity {
   Reached reached_, before_;
   std::vector<Vector> dt_elements_;
   Matrix stage_accelerations_;
-  bool keeps_elements_ = false;
-  std::vector<ElementDerivatives> elements_;
-  std::size_t n_elements_ = 0;  // in use
-  struct Scratch {
-    Matrix K, R;  // K dx = -R, of an element
-    Rows rows;    // of a stage
-    Vector q, v, a, lambda_n, lambda_t;
+  std::vector<ElementDerivatives>* kept_ = nullptr;
+  std::vector<ElementDerivatives> elements_;  // one, if they are not kept
+
+  // Scratch.
+  State state_;
+  /// Variations inside the element at hand, columns as in State.
+  struct ElementVariation {
+    Matrix forces;         // at the right end, where needs_forces(): n_c, then n_t, rows
+    Matrix accelerations;  // of the stages: n_s times n_q rows
   };
-  Scratch scratch_;
+  ElementVariation element_;
+  Eigen::RowVectorXd slope_;  // of a switch function, n_theta + 1
+  Vector dh_;
+  Numbering numbering_;  // of the element at hand
+  std::vector<Friction> laws_;
+  SemidefiniteInverse delassus_;
+  /// Of the last matrix of its size.
+  struct Factors {
+    Matrix K;
+    SmallLu lu;
+    bool is_singular = false;
+    Vector scale;  // of the rows of a singular one
+    CompletePivotingLu complete;
+  };
+  std::vector<std::unique_ptr<Factors>> factors_;  // by size
+  long n_factorisations_ = 0;
 };
 
 }  // namespace ricochet

@@ -2,6 +2,7 @@
 
 #include <fmt/format.h>
 
+#include <algorithm>
 #include <cmath>
 
 #include "problems/input_error.h"
@@ -26,6 +27,7 @@ VariedProblem::VariedProblem(const Problem& problem, const std::vector<std::stri
     const auto k = find_variable(info, names[static_cast<std::size_t>(column)]), n = Eigen::Index{info.n_mechanical()};
     (k < n ? initial(k, column) : k < 2 * n ? initial(n_q + k - n, column) : parameters_(k - 2 * n, column)) = 1;
   }
+  varies_parameters_ = !parameters_.isZero(0);
   Matrix constants(2 * n_q + 2 * n_c + 1, n_parameters);
   problem.parameter_derivative_of_constants(constants.data());
   const Matrix varied = constants * parameters_;
@@ -52,31 +54,36 @@ VariedProblem VariedProblem::of_step(const Problem& problem) {
   return varied;
 }
 
-/// B_u(q). The force is affine in u: a difference over controls as large as the force has its rounding only.
-Matrix VariedProblem::input(const Vector& q, const Vector& v) const {
-  const Eigen::Index n_u = info().n_u;
-  Vector u = Vector::Zero(n_u), f(info().n_q), other(info().n_q);
-  problem_.force(q.data(), v.data(), u.data(), f.data());
+/// -B_u(q), into the columns of the controls. The force is affine in u: a difference over controls as large as the force
+/// has its rounding only.
+void VariedProblem::subtract_input(const PointOfMotion& at, ScratchPool& pool, Eigen::Ref<Matrix> D) const {
+  const ScratchPool::Frame frame(pool);
+  const Eigen::Index n_q = info().n_q, n_u = info().n_u;
+  VectorMap u = pool.vector(n_u), f = pool.vector(n_q), other = pool.vector(n_q);
+  u.setZero();
+  problem_.force(at.q.data(), at.v.data(), u.data(), f.data());
   const double size = 1 + f.lpNorm<Eigen::Infinity>();
-  Matrix B(info().n_q, n_u);
   for (Eigen::Index c = 0; c < n_u; ++c) {
     u[c] = size;
-    problem_.force(q.data(), v.data(), u.data(), other.data());
-    B.col(c) = (other - f) / size;
+    problem_.force(at.q.data(), at.v.data(), u.data(), other.data());
+    D.col(control_column_ + c).head(n_q) = (f - other) / size;
     u[c] = 0;
   }
-  return B;
 }
 
 /// f_c = 0 and J_n' v = 0 at t = 0, varied
 void VariedProblem::require_consistent_start(const std::vector<std::string>& names) const {
   const ProblemInfo& info = problem_.info();
   const int n_q = info.n_q;
-  const Matrix J_n = problem_.normal_jacobian(info.q0),
-               direct =
-                   rows(info.q0, info.v0, Vector::Zero(n_q), Vector::Zero(info.n_c()), Vector::Zero(info.n_lambda_t));
+  const Matrix J_n = problem_.normal_jacobian(info.q0);
+  const Vector zero = Vector::Zero(std::max({n_q, info.n_c(), info.n_lambda_t}));
+  ScratchPool pool;
+  Matrix direct(n_rows(), n_theta());
+  rows({info.q0, info.v0, zero.head(n_q), zero.head(info.n_c()), zero.head(info.n_lambda_t)}, pool, direct);
+  Vector curvature(n_q);
   for (const int i : info.bilateral) {
-    const Eigen::RowVectorXd J = J_n.col(i).transpose(), curvature = gap_curvature(i, info.q0, info.v0);
+    const Eigen::RowVectorXd J = J_n.col(i).transpose();
+    gap_curvature(i, info.q0, info.v0, pool, curvature);
     for (Eigen::Index k = 0; k < n_theta(); ++k) {
       const auto is_zero = [](const Eigen::RowVectorXd& slope, const Vector& change, double of_theta) {
         return std::abs(slope.dot(change) + of_theta) <=
@@ -84,7 +91,7 @@ void VariedProblem::require_consistent_start(const std::vector<std::string>& nam
       };
       Eigen::RowVectorXd both(2 * n_q);
       Vector change(2 * n_q);
-      both << curvature, J;
+      both << curvature.transpose(), J;
       change << dq0_.col(k), dv0_.col(k);
       if (!is_zero(J, dq0_.col(k), direct(gap_row(i), k)) || !is_zero(both, change, direct(rate_row(i), k)))
         throw InputError(
@@ -96,33 +103,40 @@ void VariedProblem::require_consistent_start(const std::vector<std::string>& nam
   }
 }
 
-Matrix VariedProblem::rows(const Vector& q, const Vector& v, const Vector& a, const Vector& lambda_n,
-                           const Vector& lambda_t) const {
-  const Eigen::Index n = info().n_q + 2 * info().n_c() + info().n_lambda_t;
-  if (control_column_ >= 0) {
-    Matrix D = Matrix::Zero(n, parameters_.cols());
-    D.block(0, control_column_, info().n_q, info().n_u) = -input(q, v);
-    return D;
-  }
-  if (parameters_.isZero(0)) return Matrix::Zero(n, parameters_.cols());
-  Matrix D(n, parameters_.rows());
-  problem_.parameter_derivative(q.data(), v.data(), a.data(), lambda_n.data(), lambda_t.data(), D.data());
-  return D * parameters_;
+void VariedProblem::rows(const PointOfMotion& at, ScratchPool& pool, Eigen::Ref<Matrix> D) const {
+  D.setZero();
+  if (control_column_ >= 0) subtract_input(at, pool, D);
+  if (!varies_parameters_) return;
+  const ScratchPool::Frame frame(pool);
+  MatrixMap by_parameter = pool.matrix(D.rows(), parameters_.rows());
+  problem_.parameter_derivative(at.q.data(), at.v.data(), at.a.data(), at.lambda_n.data(), at.lambda_t.data(),
+                                by_parameter.data());
+  D.noalias() = by_parameter.lazyProduct(parameters_.leftCols(D.cols()));
 }
 
-Eigen::RowVectorXd VariedProblem::deps_r(int contact, double rate) const {
+void VariedProblem::add_deps_r(int contact, double rate, double factor, Eigen::Ref<Eigen::RowVectorXd> sum) const {
   const auto& of_speed = info().contacts[contact].eps_r_of_speed;
-  if (!of_speed) return deps_r_.row(contact);
+  if (!of_speed) {
+    sum += factor * deps_r_.row(contact).leftCols(sum.cols());
+    return;
+  }
+  if (rate >= 0 || control_column_ >= 0) return;
   Eigen::RowVectorXd d = Eigen::RowVectorXd::Zero(parameters_.rows());
-  if (rate < 0 && control_column_ < 0) of_speed->parameter_derivative(-rate, d.data());
-  return d * parameters_;
+  of_speed->parameter_derivative(-rate, d.data());
+  sum += factor * (d * parameters_.leftCols(sum.cols()));
 }
 
-Eigen::RowVectorXd VariedProblem::gap_curvature(int contact, const Vector& q, const Vector& v) const {
-  const Vector weight = Vector::Unit(info().n_c(), contact);
-  Matrix H(info().n_q, info().n_q);
+void VariedProblem::gap_curvature(int contact, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& v,
+                                  ScratchPool& pool, Eigen::Ref<Vector> slope) const {
+  slope.setZero();
+  if (info().contacts[contact].is_affine) return;
+  const ScratchPool::Frame frame(pool);
+  VectorMap weight = pool.vector(info().n_c());
+  weight.setZero();
+  weight[contact] = 1;
+  MatrixMap H = pool.matrix(info().n_q, info().n_q);
   problem_.gap_hessian(q.data(), weight.data(), H.data());
-  return v.transpose() * H;
+  slope.noalias() = H.lazyProduct(v);  // H is symmetric
 }
 
 }  // namespace ricochet

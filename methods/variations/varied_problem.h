@@ -3,9 +3,15 @@
 #include <string>
 #include <vector>
 
+#include "methods/linear_algebra/scratch_pool.h"
 #include "problems/problem.h"
 
 namespace ricochet {
+
+/// State, accelerations and forces at one instant.
+struct PointOfMotion {
+  Eigen::Ref<const Vector> q, v, a, lambda_n, lambda_t;
+};
 
 /// Effect of the variables theta, Settings::sensitivities, on a problem: on its initial state and its equations. One
 /// column per theta; matrices of equations have one more, in which nothing varies directly, for the variation along the
@@ -31,13 +37,17 @@ class VariedProblem {
   const Matrix& dq0() const { return dq0_; }            ///< n_q x n_theta
   const Matrix& dv0() const { return dv0_; }            ///< n_q x n_theta
   const Vector& dt_final() const { return dt_final_; }  ///< n_theta, of end_time
-  /// n_theta + 1, of eps_r of a contact at the normal velocity `rate` before an impact.
-  Eigen::RowVectorXd deps_r(int contact, double rate) const;
+  /// Adds `factor` times the derivatives of eps_r of a contact at the normal velocity `rate` before an impact.
+  /// @param sum  up to n_theta + 1 columns
+  void add_deps_r(int contact, double rate, double factor, Eigen::Ref<Eigen::RowVectorXd> sum) const;
   const Matrix& dmu() const { return dmu_; }  ///< n_c x (n_theta + 1)
 
-  /// (n_q + 2 n_c + n_lambda_t) x (n_theta + 1), one below the other the derivatives with respect to theta alone of
-  /// M a - f_v - B_u u - J_n lambda_n - J_t lambda_t, of f_c, of J_n' v and of J_t' v.
-  Matrix rows(const Vector& q, const Vector& v, const Vector& a, const Vector& lambda_n, const Vector& lambda_t) const;
+  /// D: n_q + 2 n_c + n_lambda_t rows, one below the other the derivatives with respect to theta alone of
+  /// M a - f_v - B_u u - J_n lambda_n - J_t lambda_t, of f_c, of J_n' v and of J_t' v; n_theta columns, or one more.
+  void rows(const PointOfMotion& at, ScratchPool& pool, Eigen::Ref<Matrix> D) const;
+  Eigen::Index n_rows() const { return problem_.n_q() + 2 * problem_.n_c() + info().n_lambda_t; }
+  /// Whether some variable is a parameter of the equations: else only the rows of the motion are not zero, by controls.
+  bool varies_parameters() const { return varies_parameters_; }
   Eigen::Index gap_row(int contact) const { return problem_.n_q() + contact; }
   Eigen::Index rate_row(int contact) const { return problem_.n_q() + problem_.n_c() + contact; }
   /// The first of a contact's n_t.
@@ -45,16 +55,18 @@ class VariedProblem {
     return problem_.n_q() + 2 * problem_.n_c() + info().contacts[contact].tangent_index;
   }
 
-  /// d(J_n^i(q)' v)/dq, n_q
-  Eigen::RowVectorXd gap_curvature(int contact, const Vector& q, const Vector& v) const;
+  /// slope: n_q, d(J_n^i(q)' v)/dq
+  void gap_curvature(int contact, const Eigen::Ref<const Vector>& q, const Eigen::Ref<const Vector>& v,
+                     ScratchPool& pool, Eigen::Ref<Vector> slope) const;
 
  private:
   explicit VariedProblem(const Problem& problem) : problem_(problem) {}
   void require_consistent_start(const std::vector<std::string>& names) const;
-  Matrix input(const Vector& q, const Vector& v) const;
+  void subtract_input(const PointOfMotion& at, ScratchPool& pool, Eigen::Ref<Matrix> D) const;
 
   const Problem& problem_;
   Matrix parameters_;                 // parameters x (n_theta + 1): which column varies which parameter
+  bool varies_parameters_ = false;    // some entry of it is not zero
   Eigen::Index control_column_ = -1;  // of the first control; -1 if none varies
   Matrix dq0_, dv0_, deps_r_, dmu_;
   Vector dt_final_;

@@ -13,7 +13,7 @@ namespace ricochet {
 class ControlledPlant final : public SymbolicProblem {
  public:
   explicit ControlledPlant(const OptimalControlProblem& problem);
-  void set_control(const Vector& u) { info_.u = u; }
+  void set_control(const Eigen::Ref<const Vector>& u) { info_.u = u; }
 };
 
 /// The plant of an optimal control problem with an additional coordinate. Its velocity is the running cost so far,

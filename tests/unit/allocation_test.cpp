@@ -2,7 +2,10 @@
 #include <gtest/gtest.h>
 
 #include "bench/measure/allocations.h"
+#include "methods/control/exploration.h"
+#include "methods/control/shooting/linearised_interval.h"
 #include "methods/registry.h"
+#include "methods/runge_kutta/tableau_argument.h"
 #include "reference/contact_dynamics.h"
 #include "tests/test_data.h"
 
@@ -168,6 +171,39 @@ INSTANTIATE_TEST_SUITE_P(
                     ModeCase{"rocking_block", ContactMode::stick}, ModeCase{"ball_3d", ContactMode::slip},
                     ModeCase{"box_3d", ContactMode::stick}, ModeCase{"box_3d", ContactMode::slip}),
     [](const auto& test) { return test_name(std::string(test.param.problem) + "_" + to_string(test.param.mode)); });
+
+class LinearisationWithoutAllocation : public testing::TestWithParam<const char*> {};
+
+// Through impacts, switches and redundant contacts, which have matrices of several sizes.
+TEST_P(LinearisationWithoutAllocation, AfterTheFirstCall) {
+  const auto problem = make_control_problem(GetParam());
+  const ButcherTableau tableau = tableau_argument(problem->tableau);
+  const ProblemInfo& info = problem->plant->info();
+  const ExplorationResult found = explore(*problem, tableau, problem->n_fe, {.rounds = 4, .seed = 3});
+  PlantRunner runner(*problem, tableau);
+  MotionLineariser lineariser(runner);
+  PlantMotion motion;
+  runner.run(info.q0, info.v0, found.u, info.end_time / problem->n_intervals, motion);
+  ASSERT_TRUE(motion.succeeded()) << motion.message;
+  ASSERT_EQ(lineariser.linearise(motion), "");
+  EXPECT_EQ(allocations_of([&] { lineariser.linearise(motion); }).count, 0);
+
+  // Elements of equal length and modes share a matrix where the plant is linear.
+  long elements = 0;
+  for (const FesdStep& step : motion.steps) elements += step.n_elements;
+  const long before = lineariser.factorisations();
+  ASSERT_EQ(lineariser.linearise(motion), "");
+  const long factorisations = lineariser.factorisations() - before;
+  EXPECT_LE(factorisations, elements) << "at most one of an element";
+  if (info.id == "two_carts") {
+    EXPECT_LE(factorisations, elements / 2);
+  }
+}
+
+INSTANTIATE_TEST_SUITE_P(Control, LinearisationWithoutAllocation,
+                         testing::Values("two_carts", "cart_pole_friction", "push_box_goal", "hopper", "discs",
+                                         "three_boxes"),
+                         [](const auto& test) { return std::string(test.param); });
 
 }  // namespace
 }  // namespace ricochet

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <random>
 
+#include "methods/control/exploration.h"
 #include "methods/control/shooting/shooting.h"
 #include "methods/control/shrinking_horizon.h"
 #include "methods/runge_kutta/tableau_argument.h"
@@ -91,6 +92,68 @@ TEST(Shooting, NamesTheConstraintThatCannotBeKept) {
   EXPECT_NEAR(solution.violation, 980, 1e-6);
   EXPECT_NE(solution.message.find("the least violation found is 980: "), std::string::npos) << solution.message;
   EXPECT_NE(solution.violated.find("far"), std::string::npos) << solution.violated;
+}
+
+/// A rod that slides on its tip over ground so rough that no contact force is possible, or more than one motion: the scene
+/// of Painleve's paradox, with a vertical control.
+std::unique_ptr<OptimalControlProblem> rod_on_rough_ground(const std::string& u) {
+  return read_control_text(R"~({"params": {"theta": "1.0471975511965976"},
+      "q0": ["0", "sin(theta)", "theta"], "v0": ["-1", "0", "0"], "T": "0.4",
+      "M": [["1", "0", "0"], ["0", "1", "0"], ["0", "0", "1/3"]], "f": ["0", "-9.81", "0"],
+      "Bu": [["0"], ["1"], ["0"]], "u": [")~" +
+                               u + R"~("],
+      "contacts": [{"name": "tip", "gap": "q[1]-sin(q[2])", "Jt": [["1", "0", "sin(q[2])"]], "mu": "2"}],
+      "control": {"N": 4, "bounds": {"u": [["-20", "40"]]}, "running_cost": "u[0]**2"}})~",
+                           "f");
+}
+
+TEST(Shooting, StatesIntervalAndReasonWhereTheFirstGuessHasNoMotion) {
+  for (const auto& [u, reason] : {std::pair{"0", "the contact forces at contact 'tip' are inconsistent"},
+                                  std::pair{"14", "the contact forces at contact 'tip' are indeterminate"}}) {
+    const auto problem = rod_on_rough_ground(u);
+    Shooting shooting(*problem, tableau_argument(problem->tableau), {});
+    const ControlSolution solution = shooting.solve(problem->guess(4), 0.4);
+    EXPECT_EQ(solution.status, Status::infeasible);
+    EXPECT_FALSE(solution.has_plan());
+    EXPECT_EQ(solution.message.find(std::string("first guess: interval 1 of 4: ") + reason), 0U) << solution.message;
+  }
+}
+
+TEST(Shooting, ReportsThatNoneOfItsGuessesHasAMotion) {
+  const auto problem = rod_on_rough_ground("0");
+  const ButcherTableau tableau = tableau_argument(problem->tableau);
+  const ExplorationResult found = explore(*problem, tableau, problem->n_fe, {.rounds = 2, .samples = 10, .elite = 2});
+  EXPECT_EQ(found.failed, found.rollouts);
+  const std::vector<Matrix> guesses{Matrix::Constant(1, 4, -5), problem->guess(4), found.u};
+  const ControlSolution solution = Shooting(*problem, tableau, {}).solve(guesses, 0.4);
+  EXPECT_EQ(solution.status, Status::infeasible);
+  EXPECT_FALSE(solution.has_plan());
+  EXPECT_NE(solution.message.find("interval 1 of 4: the contact forces at contact 'tip'"), std::string::npos)
+      << solution.message;
+}
+
+// A block on ground that gets smoother, without friction at q = 1.5 and without a meaning beyond: half of the controls that
+// the cost asks for have no motion. They are steps that are not accepted.
+TEST(Shooting, AStepWithoutAMotionIsNotAccepted) {
+  const auto problem = read_control_text(R"~({"q0": ["0", "0"], "v0": ["0", "0"], "T": "1",
+      "M": [["1", "0"], ["0", "1"]], "f": ["0", "-10"], "Bu": [["1"], ["0"]], "u": ["7"],
+      "contacts": [{"name": "ground", "gap": "q[1]", "Jt": [["1", "0"]], "mu": "0.6-0.4*q[0]"}],
+      "control": {"N": 4, "bounds": {"u": [["-20", "40"]]}, "running_cost": "0.001*u[0]**2",
+                  "terminal_cost": "(q[0]-3)**2"}})~",
+                                         "f");
+  const ButcherTableau tableau = tableau_argument(problem->tableau);
+  const ProblemInfo& info = problem->plant->info();
+  PlantRunner runner(*problem, tableau);
+  PlantMotion motion;
+  runner.run(info.q0, info.v0, Matrix::Constant(1, 4, 12), 0.25, motion);
+  EXPECT_FALSE(motion.succeeded());
+  runner.run(info.q0, info.v0, problem->guess(4), 0.25, motion);
+  ASSERT_TRUE(motion.succeeded()) << motion.message;
+  const ControlSolution solution = Shooting(*problem, tableau, {.max_iterations = 60}).solve(problem->guess(4), 1);
+  ASSERT_TRUE(solution.has_plan()) << solution.message;
+  EXPECT_LT(solution.trajectory.objective, 0.5 * motion.cost);
+  EXPECT_GT(solution.rollouts, solution.iterations + 1) << "some were tried in vain";
+  EXPECT_LT(solution.trajectory.points.back().q[0], 1.5);
 }
 
 }  // namespace

@@ -3,9 +3,11 @@
 
 #include <gtest/gtest.h>
 
+#include <atomic>
 #include <cmath>
 #include <functional>
 #include <random>
+#include <thread>
 
 #include "bench/control/replay.h"
 #include "bench/studies/control/gradient.h"
@@ -511,6 +513,92 @@ TEST(Shooting, StatesWhyAGuessCannotBeRun) {
   const ControlSolution stopped = short_one.solve(Matrix::Zero(1, 2), 1);
   EXPECT_EQ(stopped.status, Status::step_limit);
   EXPECT_EQ(stopped.trajectory.u.cols(), 2) << "the last iterate is a motion all the same";
+}
+
+// A clock that advances by 1 s whenever it is read: after the limit has passed, the rollout at hand is the last one, wherever
+// the iteration is, in a search for a step, in derivatives, in a quadratic program or in the certificate.
+TEST(Shooting, KeepsItsTimeLimitWithinOneRollout) {
+  const auto problem = make_control_problem("two_carts");
+  const ButcherTableau tableau = tableau_argument(problem->tableau);
+  const Matrix guess = explore(*problem, tableau, problem->n_fe, {.rounds = 4}).u;
+  int time_limits = 0, limits_within_derivatives = 0;
+  for (double limit = 1; limit < 1e5; limit = std::ceil(1.3 * limit)) {
+    double time = 0;
+    long rollouts = -1, reads_after = 0;
+    const Shooting* running = nullptr;
+    ShootingOptions options{.time_limit = limit};
+    options.clock = [&] {
+      time += 1;
+      if (time > limit + 1 && rollouts < 0 && running)
+        rollouts = running->rollouts();  // the first reading is the start
+      reads_after += rollouts >= 0;
+      return time;
+    };
+    Shooting shooting(*problem, tableau, options);
+    running = &shooting;
+    const ControlSolution solution = shooting.solve(guess, 2);
+    ASSERT_TRUE(solution.has_plan()) << limit;
+    if (solution.status != Status::time_limit) {
+      EXPECT_TRUE(solution.succeeded()) << solution.message;
+      break;
+    }
+    ++time_limits;
+    EXPECT_NE(solution.message.find("time limit"), std::string::npos) << solution.message;
+    EXPECT_GE(rollouts, 0);
+    EXPECT_LE(solution.rollouts, rollouts + 1) << limit;
+    EXPECT_LE(reads_after, 20) << "nothing goes on after the limit, where every loop reads the clock";
+    limits_within_derivatives += solution.rollouts == rollouts;
+  }
+  EXPECT_GE(time_limits, 10) << "limits end the iteration at many places";
+  EXPECT_GE(limits_within_derivatives, 3);
+}
+
+// Other threads solve other problems at the same time: not a bit changes.
+TEST(Shooting, DoesNotDependOnWhatRunsBesideIt) {
+  const auto problem = make_control_problem("two_carts");
+  const ButcherTableau tableau = tableau_argument(problem->tableau);
+  const auto solve = [&] {
+    const ExplorationResult found = explore(*problem, tableau, problem->n_fe, {.rounds = 6, .seed = 7, .starts = 2});
+    return Shooting(*problem, tableau, {.time_limit = 0}).solve(found.starts, 2);
+  };
+  const ControlSolution alone = solve();
+  ASSERT_TRUE(alone.succeeded()) << alone.message;
+
+  std::atomic<bool> is_done = false;
+  std::atomic<int> others = 0;
+  std::vector<std::unique_ptr<OptimalControlProblem>> problems;
+  std::vector<std::unique_ptr<Shooting>> shootings;  // made here: formulas belong to one thread at a time
+  std::vector<std::thread> threads;
+  for (const char* id : {"push_box_goal", "hopper"}) {
+    problems.push_back(make_control_problem(id));
+    const OptimalControlProblem& other = *problems.back();
+    shootings.push_back(
+        std::make_unique<Shooting>(other, tableau_argument(other.tableau), ShootingOptions{.max_iterations = 20}));
+  }
+  for (std::size_t k = 0; k < shootings.size(); ++k) {
+    threads.emplace_back([&, k] {
+      const OptimalControlProblem& other = *problems[k];
+      while (!is_done) {
+        shootings[k]->solve(other.guess(other.n_intervals), other.plant->info().end_time);
+        ++others;
+      }
+    });
+  }
+  while (others == 0) std::this_thread::yield();
+  const ControlSolution beside = solve();
+  is_done = true;
+  for (std::thread& thread : threads) thread.join();
+
+  EXPECT_EQ(beside.trajectory.u, alone.trajectory.u);
+  EXPECT_EQ(beside.trajectory.objective, alone.trajectory.objective);
+  EXPECT_EQ(beside.iterations, alone.iterations);
+  EXPECT_EQ(beside.rollouts, alone.rollouts);
+  EXPECT_EQ(beside.stationarity, alone.stationarity);
+  ASSERT_EQ(beside.trajectory.points.size(), alone.trajectory.points.size());
+  for (std::size_t k = 0; k < alone.trajectory.points.size(); ++k) {
+    EXPECT_EQ(beside.trajectory.points[k].q, alone.trajectory.points[k].q);
+    EXPECT_EQ(beside.trajectory.points[k].v, alone.trajectory.points[k].v);
+  }
 }
 
 TEST(Exploration, InterpolatesItsKnots) {

@@ -59,7 +59,8 @@ class ScaledControls {
 /// min g' d subject to rows d >= 0, equal d = 0, lower <= d <= upper, by horizon_qp.h. @return d; none if it is not
 /// solved
 std::optional<Vector> solve_linear_program(const Vector& g, const Matrix& rows, const Matrix& equal,
-                                           const Vector& lower, const Vector& upper) {
+                                           const Vector& lower, const Vector& upper,
+                                           const std::function<bool()>& is_interrupted) {
   const Eigen::Index n = g.size();
   const double largest = g.lpNorm<Eigen::Infinity>();
   if (!(largest > 0)) return Vector::Zero(n);
@@ -89,7 +90,7 @@ std::optional<Vector> solve_linear_program(const Vector& g, const Matrix& rows, 
   qp.end.E_weight.resize(0);
   HorizonQpSolver solver;
   for (const double tolerance : kLinearTolerances) {
-    const HorizonQpSolution& solution = solver.solve(qp, {.tolerance = tolerance});
+    const HorizonQpSolution& solution = solver.solve(qp, {.tolerance = tolerance, .is_interrupted = is_interrupted});
     if (solution.is_solved()) return solution.du[0];
   }
   return std::nullopt;
@@ -198,7 +199,7 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
     const ActiveConstraints constraints = active_constraints(piece, scaled);
     Matrix rows(b + constraints.rows.rows(), scaled.size());
     rows << signs.asDiagonal() * G, constraints.rows;
-    const auto d = solve_linear_program(g, rows, constraints.equal, lower, upper);
+    const auto d = solve_linear_program(g, rows, constraints.equal, lower, upper, options.is_interrupted);
     if (!d) {
       ++certificate.n_unexamined;
       return;
@@ -225,7 +226,9 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
   PlantMotion neighbour;
   ShootingProgram its_program(runner);
   const Vector x = motion.x.col(0);
+  const auto is_interrupted = [&] { return options.is_interrupted && options.is_interrupted(); };
   for (const unsigned set : sets) {
+    if (is_interrupted()) return certificate;
     Vector signs = Vector::Ones(b);
     for (Eigen::Index k = 0; k < std::min<Eigen::Index>(b, 31); ++k) {
       if ((set >> k & 1U) != 0) signs[k] = -1;
@@ -249,7 +252,9 @@ Certificate certify(PlantRunner& runner, MotionLineariser& lineariser, ShootingP
     Vector farther;
     if (run_into(2 * epsilon)) farther = scaled.of(its_program.gradient());
     const PlantMotion far = neighbour;
+    if (is_interrupted()) return certificate;
     if (!run_into(epsilon)) {
+      if (is_interrupted()) return certificate;
       is_edge();
       continue;
     }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -43,6 +44,7 @@ struct CertificateOptions {
   double tolerance = 1e-6;  ///< of lpec
   double active = 1e-7;     ///< a guard is zero if a change of the controls by this part of their scales reaches it
   int max_pieces = 64;      ///< all pieces of six guards
+  std::function<bool()> is_interrupted = {};  ///< true ends the examination: the certificate is incomplete
 };
 
 /// Examines a motion that an iteration ended with.

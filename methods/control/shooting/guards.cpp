@@ -88,8 +88,10 @@ class GuardCollector {
       if (is_switch(n, j, mode == ContactMode::stick ? SwitchKind::cone_reached : SwitchKind::slip_stops, i)) continue;
       if (mode == ContactMode::stick) {
         const Vector lambda_t = e.lambda_t.col(j).segment(t, contact.n_t);
-        add(Guard::Kind::cone, n, j, i, contact.mu * e.lambda_n(i, j) - lambda_t.norm(),
-            point_.cone_margin(i, e.lambda_n(i, j), lambda_t, forces).leftCols(n_theta_), force_size);
+        Eigen::RowVectorXd margin(forces.cols());
+        point_.cone_margin(i, e.lambda_n(i, j), lambda_t, forces, margin);
+        add(Guard::Kind::cone, n, j, i, contact.mu * e.lambda_n(i, j) - lambda_t.norm(), margin.leftCols(n_theta_),
+            force_size);
         continue;
       }
       const Vector s = J_t.middleCols(t, contact.n_t).transpose() * v;

@@ -230,6 +230,7 @@ const HorizonQpSolution& HorizonQpSolver::Workspace::solve(const HorizonQp& qp, 
     if (is_converged()) return finish(QpStatus::solved, "");
     if (solution_.iterations == options.max_iterations)
       return finish(QpStatus::iteration_limit, "the iteration limit is reached");
+    if (options.is_interrupted && options.is_interrupted()) return finish(QpStatus::interrupted, "interrupted");
     if (is_diverging())
       return finish(QpStatus::infeasible, "hard inequalities contradict each other: their multipliers have no bound");
     ++solution_.iterations;

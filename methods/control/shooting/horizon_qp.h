@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <memory>
 #include <vector>
 
@@ -64,6 +65,7 @@ enum class QpStatus {
   iteration_limit,  ///< also of a program without a least value
   not_convex,       ///< H is not positive semidefinite where the controls can move
   non_finite,       ///< a term of the program, or a step, is not a finite number
+  interrupted,      ///< by HorizonQpOptions::is_interrupted
 };
 
 /// What is wrong with the returned values as a solution of the program as it was given, in its own units.
@@ -109,6 +111,7 @@ struct HorizonQpOptions {
   /// Gains of the cost and of the inequalities alone. With bounds, a control at its bound has no gain, whether that is a
   /// bound of the plant or a trust region. One more sweep.
   bool gains_without_bounds = false;
+  std::function<bool()> is_interrupted = {};  ///< called once per iteration; true ends it
 };
 
 /// Primal-dual interior-point method of Mehrotra, predictor and corrector, for (1) to (5). The slack t >= 0 of each row

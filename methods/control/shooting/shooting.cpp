@@ -51,10 +51,6 @@ constexpr double kLongestJump = 1e9;
 /// Parts of a direction away from all borders that are added to a descent.
 constexpr double kInside[] = {0, 1e-3, 0.03, 0.5};
 
-double now() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
 void check(const ShootingOptions& options) {
   if (options.max_iterations < 1)
     throw InputError("--max-iterations", options.max_iterations, "a number >= 1 is required");
@@ -68,6 +64,14 @@ void check(const ShootingOptions& options) {
 Shooting::Shooting(const OptimalControlProblem& problem, const ButcherTableau& tableau, const ShootingOptions& options)
     : problem_(problem), options_(options), runner_(problem, tableau), lineariser_(runner_), program_(runner_) {
   check(options);
+  const auto is_interrupted = [this] { return is_out_of_time(); };
+  lineariser_.set_interrupt(is_interrupted);
+  program_.set_interrupt(is_interrupted);
+}
+
+double Shooting::now() const {
+  if (options_.clock) return options_.clock();
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
 }
 
 void Shooting::set_time_limit(double time_limit) {
@@ -85,6 +89,13 @@ double Shooting::merit(const PlantMotion& motion) const {
 
 bool Shooting::is_out_of_time() const {
   return options_.time_limit > 0 && now() - start_ > options_.time_limit;
+}
+
+/// Ends with the motion at hand.
+void Shooting::end_out_of_time() {
+  status_ = Status::time_limit;
+  message_ = fmt::format("the time limit of {:g} s was reached", options_.time_limit);
+  is_linearised_ = false;
 }
 
 /// Runs the first motion. @return whether it can be optimised
@@ -105,7 +116,8 @@ bool Shooting::begin(const Matrix& u, double T) {
 
 /// The state of an iteration that starts from motion_.
 void Shooting::restart() {
-  status_ = motion_.status;
+  // Whatever kept the plant from moving, there is no motion under these controls.
+  status_ = motion_.succeeded() || motion_.status == Status::non_finite ? motion_.status : Status::infeasible;
   message_ = motion_.succeeded() ? "" : "first guess: " + motion_.message;
   iterations_ = 0;
   is_examined_ = false;
@@ -145,10 +157,12 @@ bool Shooting::try_step(const HorizonQpSolution& step, bool has_feedback, double
 
 /// One accepted step, or the end.
 Shooting::Outcome Shooting::iterate(ShootingIteration& report) {
+  if (is_out_of_time()) return Outcome::out_of_time;
   if (!is_linearised_) {
     const double begin = now();
     const std::string reason = lineariser_.linearise(motion_);
     derivative_seconds_ += now() - begin;
+    if (is_out_of_time()) return Outcome::out_of_time;
     if (!reason.empty()) {
       message_ = reason;
       return Outcome::stalled;
@@ -173,6 +187,7 @@ Shooting::Outcome Shooting::iterate(ShootingIteration& report) {
       }
       step = &program_.solve(Delta_, nu_, margin, tolerance);
     }
+    if (is_out_of_time()) return Outcome::out_of_time;
     if (step->status == QpStatus::non_finite) {
       message_ = "a derivative of the motion is not finite";
       return Outcome::stalled;
@@ -192,18 +207,19 @@ Shooting::Outcome Shooting::iterate(ShootingIteration& report) {
     bool is_accepted = try_step(*step, true, predicted, trial_, actual);
     bool left = !trial_.succeeded() || !has_same_sequence(motion_, trial_);
     // A step along tangents of curved constraints violates them by its square, and would have to stay short.
-    if (trial_.succeeded() && (!left || program_.has_guards()) && actual < kGood * predicted &&
+    if (!is_out_of_time() && trial_.succeeded() && (!left || program_.has_guards()) && actual < kGood * predicted &&
         violation(trial_) > program_.slack(*step) + kMeritRounding) {
       double corrected = 0;
       step = &program_.correct(motion_, trial_, margin, tolerance);
-      if (step->is_solved() && try_step(*step, true, predicted, corrected_, corrected) && corrected > actual) {
+      if (step->is_solved() && !is_out_of_time() && try_step(*step, true, predicted, corrected_, corrected) &&
+          corrected > actual) {
         std::swap(trial_, corrected_);
         actual = corrected;
         is_accepted = true;
         left = !has_same_sequence(motion_, trial_);
       }
     }
-    if (!is_accepted) {
+    if (!is_accepted && !is_out_of_time()) {
       is_accepted = try_step(*step, false, predicted, trial_, actual);
       left = left || !trial_.succeeded() || !has_same_sequence(motion_, trial_);
     }
@@ -211,6 +227,10 @@ Shooting::Outcome Shooting::iterate(ShootingIteration& report) {
       const double begin = now();
       const std::string reason = lineariser_.linearise(trial_);
       derivative_seconds_ += now() - begin;
+      if (is_out_of_time()) {  // with or without derivatives, it is a better motion
+        std::swap(motion_, trial_);
+        return Outcome::out_of_time;
+      }
       if (reason.empty()) {
         report.same_sequence = !left;
         if (actual > kGood * predicted && size > 0.9 * Delta_) Delta_ = std::min(2 * Delta_, kLargestDelta);
@@ -246,8 +266,7 @@ void Shooting::iterate_until_done(int max_iterations, const Progress& progress) 
     if (progress) progress(report);
     if (outcome == Outcome::accepted) continue;
     if (outcome == Outcome::out_of_time) {
-      status_ = Status::time_limit;
-      message_ = fmt::format("the time limit of {:g} s was reached", options_.time_limit);
+      end_out_of_time();
     } else if (outcome == Outcome::stalled) {
       status_ = Status::inner_solver_failed;
     } else {
@@ -267,9 +286,11 @@ void Shooting::finish(const Progress& progress) {
     const bool may_be_stationary = status_ == Status::success || status_ == Status::inner_solver_failed;
     if (!may_be_stationary || !is_linearised_) return;
     program_.set(motion_, lineariser_);
-    certificate_ = certify(runner_, lineariser_, program_, motion_, nu_, {});
-    is_examined_ = true;
+    certificate_ =
+        certify(runner_, lineariser_, program_, motion_, nu_, {.is_interrupted = [this] { return is_out_of_time(); }});
     is_linearised_ = false;
+    if (is_out_of_time()) return end_out_of_time();
+    is_examined_ = true;
     // Where pieces remain that are not examined, a way round their borders is tried before the point is accepted.
     const bool is_done = certificate_.is_stationary && (certificate_.n_unexamined == 0 || !retreat(progress));
     if (is_done) {
@@ -278,9 +299,14 @@ void Shooting::finish(const Progress& progress) {
       return;
     }
     if (!certificate_.is_stationary && !descend(certificate_) && !retreat(progress)) break;
+    if (is_out_of_time()) break;
     is_examined_ = false;
   }
-  if (status_ == Status::step_limit || status_ == Status::time_limit) return;
+  if (is_out_of_time()) {
+    is_examined_ = false;
+    return end_out_of_time();
+  }
+  if (status_ == Status::step_limit) return;
   status_ = Status::inner_solver_failed;
   message_ = "a neighbouring piece of the cost descends, but no step along it is accepted";
 }
@@ -288,7 +314,7 @@ void Shooting::finish(const Progress& progress) {
 /// Leaves a point where no step is accepted, because it lies on borders that curve or that J jumps across: iterations that
 /// keep a distance from all borders, larger each time. @return whether J has fallen
 bool Shooting::retreat(const Progress& progress) {
-  for (; next_retreat_ < std::size(kRetreats); ++next_retreat_) {
+  for (; next_retreat_ < std::size(kRetreats) && !is_out_of_time(); ++next_retreat_) {
     const double before = merit(motion_);
     retreat_ = kRetreats[next_retreat_];
     Delta_ = std::max(Delta_, 100 * retreat_);
@@ -332,6 +358,7 @@ bool Shooting::descend(const Certificate& certificate) {
 bool Shooting::try_direction(const Matrix& d, double d_H, double t, double slope) {
   const Eigen::Index n_q = runner_.plant().n_q();
   const Vector x = motion_.x.col(0);
+  if (is_out_of_time()) return false;
   runner_.run(x.head(n_q), x.tail(n_q), problem_.u.clamp(motion_.u + t * d), motion_.H + t * d_H, trial_);
   if (!trial_.succeeded() || merit(motion_) - merit(trial_) <= kArmijo * t * slope) return false;
   std::swap(motion_, trial_);
@@ -351,6 +378,7 @@ ControlSolution Shooting::solve(std::span<const Matrix> guesses, double T, const
     std::optional<PlantMotion> best;
     double nu = 0, Delta = 0;
     for (const Matrix& u : guesses) {
+      if (&u != &guesses.front() && is_out_of_time()) break;
       if (!begin(u, T)) continue;
       nu_ = std::max(nu_, nu);  // motions are compared with the largest so far
       iterate_until_done(kPolish, {});
@@ -388,7 +416,7 @@ ControlSolution Shooting::resolve(int passed, const Vector& q, const Vector& v, 
     u = u.cwiseMax(problem_.u.lower).cwiseMin(problem_.u.upper).eval();
   };
   runner_.run(q, v, policy, N, motion_.H, trial_);
-  if (!gains.empty()) {
+  if (!gains.empty() && !(trial_.succeeded() && is_out_of_time())) {
     PlantMotion with_feedback;
     has_feedback = true;
     runner_.run(q, v, policy, N, motion_.H, with_feedback);

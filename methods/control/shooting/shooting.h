@@ -12,10 +12,11 @@ namespace ricochet {
 
 struct ShootingOptions {
   int max_iterations = 300;
-  double time_limit = 120;        ///< [s] of wall time; 0 for none. It is kept to within one iteration
+  double time_limit = 120;        ///< [s] of wall time; 0 for none. It is kept to within one rollout
   double Delta = 0.5;             ///< first trust region, relative to half the distance between the bounds of a control
   double feasibility = 1e-9;      ///< largest violation of a constraint in a solution
   double step_tolerance = 1e-12;  ///< a step of this size, relative like Delta, ends the iteration
+  std::function<double()> clock = {};  ///< [s], any origin; empty for a steady clock of the wall time
 };
 
 /// An iteration of shooting, for progress reports.
@@ -82,6 +83,7 @@ class Shooting {
   /// @param time_limit  of the wall time of the following solves [s]; 0 for none. @throws InputError if it is negative
   void set_time_limit(double time_limit);
   double time_limit() const { return options_.time_limit; }
+  long rollouts() const { return runner_.rollouts(); }  ///< so far
 
  private:
   /// How an iteration ended.
@@ -99,7 +101,9 @@ class Shooting {
   bool try_step(const HorizonQpSolution& step, bool has_feedback, double predicted, PlantMotion& trial, double& actual);
   static double violation(const PlantMotion& motion);
   double merit(const PlantMotion& motion) const;
+  double now() const;
   bool is_out_of_time() const;
+  void end_out_of_time();
   ControlSolution result() const;
 
   const OptimalControlProblem& problem_;
@@ -108,7 +112,7 @@ class Shooting {
   MotionLineariser lineariser_;
   ShootingProgram program_;
 
-  double start_ = 0;  // [s] of the clock
+  double start_ = 0;  // [s] of now()
   PlantMotion motion_, trial_, corrected_;
   double nu_ = 1, Delta_ = 1;
   double first_nu_ = 1;

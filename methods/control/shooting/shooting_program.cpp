@@ -296,7 +296,8 @@ const HorizonQpSolution& ShootingProgram::solve(double Delta, double nu, double 
 const HorizonQpSolution& ShootingProgram::solve(double margin, double tolerance) {
   for (;;) {
     use_rows(margin);
-    const HorizonQpSolution& solution = solver_.solve(qp_, {.tolerance = tolerance, .gains_without_bounds = true});
+    const HorizonQpSolution& solution =
+        solver_.solve(qp_, {.tolerance = tolerance, .gains_without_bounds = true, .is_interrupted = is_interrupted_});
     if (solution.is_solved()) lambda_ = solution.lambda;
     if (!solution.is_solved() || !add_violated(solution, margin)) return solution;
   }

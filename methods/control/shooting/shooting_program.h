@@ -1,5 +1,7 @@
 #pragma once
 
+#include <functional>
+#include <utility>
 #include <vector>
 
 #include "methods/control/shooting/convex_hessian.h"
@@ -45,6 +47,8 @@ class ShootingProgram {
   void add_guards(const PlantMotion& motion, const MotionLineariser& linearised);
   bool has_guards() const { return has_guards_; }
 
+  /// Ends solve() and correct() where this returns true, with QpStatus::interrupted. @param is_interrupted  empty for never
+  void set_interrupt(std::function<bool()> is_interrupted) { is_interrupted_ = std::move(is_interrupted); }
   /// Solves the program with Delta and nu. Of the rows of (2) and (3), those that its solution violates are added one
   /// after the other: most rows of most stages never matter. @return valid until the next call
   /// @param margin  by which the guards have to stay away from zero, in units of their rows
@@ -135,6 +139,7 @@ class ShootingProgram {
   std::vector<Vector> lambda_;     // of the last solution
   PlantMotion last_;               // of the last set(), whose cost is in qp_
   HorizonQpSolver solver_;
+  std::function<bool()> is_interrupted_;
   std::vector<Rows> rows_;
   int n_seen_ = 0;  // constraints of the interval at hand so far
   Matrix u_;
