@@ -26,6 +26,9 @@ namespace {
 constexpr long kStepsPerMark = 20'000;
 constexpr double kLeastProgress = 1e-6;
 
+// Roots one after the other that are no events: the rounding of a gap that is zero and opens. A new start ends them.
+constexpr int kPassedRoots = 20;
+
 /// Integrates from event to event, until the end, a limit, or a missed root.
 class EventLocatedRun {
  public:
@@ -222,6 +225,7 @@ Solution EventLocatedRun::run() {
   if (mode_changes_.decide(t, motion_.no_roots(), solution)) {
     solution.initial_modes = dynamics_.modes();
     restart(t, solution);
+    int passed_roots = 0;      // one after the other
     bool passed_root = false;  // that SmoothMotion::roots() does not take for one
     solution.exit.function = motion_.border_passed(solution.q, solution.v);
     const auto ends = [&] { return settings_.ends && settings_.ends(solution, dynamics_.modes()); };
@@ -262,6 +266,12 @@ Solution EventLocatedRun::run() {
         slips_.follow(solution.q, solution.v);
         flights_.follow(solution.q);
         passed_root = end == StepEnd::root;
+        passed_roots = passed_root ? passed_roots + 1 : 0;
+        if (passed_roots == kPassedRoots) {
+          restart(t, solution);
+          passed_root = false;
+          passed_roots = 0;
+        }
       }
     }
   }
