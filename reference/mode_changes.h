@@ -33,6 +33,9 @@ class ModeChanges {
   /// False if no decision is possible, with a status and a reason.
   bool decide(double& t, const Roots& found, Solution& solution);
 
+  /// Whether some contacts were at rest together, or a wedge was found.
+  bool has_groups() const { return has_groups_; }
+
  private:
   /// Decisions of an event before the contact law is solved.
   struct Instant {
@@ -81,7 +84,7 @@ class ModeChanges {
   Slips& slips_;
   Flights& flights_;
   SmoothMotion& motion_;
-  bool has_groups_ = false;         // some contacts were at rest together, or a wedge was found
+  bool has_groups_ = false;
   std::vector<ContactMode> modes_;  // of the dynamics; during a decision the new ones
 };
 
