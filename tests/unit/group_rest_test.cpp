@@ -186,7 +186,7 @@ TEST(BalancedDisc, OfTheReferenceReachesTheEnd) {
           "contacts": [{{"name": "floor", "gap": "q[1]-0.05", "e": "{0}"}},
                        {{"name": "wall 1", "gap": "q[0]-0.05", "e": "{0}"}},
                        {{"name": "wall 2", "gap": "q[2]-0.05", "e": "{0}"}},
-                       {{"name": "discs", "gap": "sqrt((q[2]-q[0])^2+(q[3]-q[1])^2)-0.1", "e": "{0}"}}]}})",
+                       {{"name": "discs", "gap": "sqrt((q[2]-q[0])**2+(q[3]-q[1])**2)-0.1", "e": "{0}"}}]}})",
                                     e),
                         "balanced");
     const Solution solution = reference_of(*problem);
