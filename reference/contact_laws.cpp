@@ -17,9 +17,12 @@ constexpr double kStopped = 1e-14;  // of its terms, a slip velocity that an imp
 // Residual velocities of an impact, relative to those before it, above which its impulses are corrected.
 constexpr double kRefinedImpact = 1e-11;
 
-std::string too_many(std::size_t contacts, std::size_t most) {
-  return fmt::format("{} contacts act at once, and the reference, which tries every combination, at most {}", contacts,
-                     most);
+// Contacts without friction of which all combinations are tried: 2^8 take some 0.1 ms.
+constexpr Eigen::Index kEnumerated = 8;
+
+/// The law of contacts without friction.
+std::optional<Vector> solve_lcp(const Matrix& G, const Vector& b) {
+  return b.size() <= kEnumerated ? solve_lcp_by_enumeration(G, b) : solve_lcp_by_dual_steps(G, b);
 }
 
 /// Solves R' M^-1 R x = b, in the least-squares sense for redundant columns of R.
@@ -69,6 +72,13 @@ Matrix ContactLaws::response(const Vector& q, const Matrix& p) const {
   return under_constraints(q, right_hand_side).topRows(p.rows());
 }
 
+Vector ContactLaws::free_acceleration(const Vector& q, const Vector& v) const {
+  const auto& info = problem_.info();
+  Vector right_hand_side(info.n_q + info.n_bilateral());
+  right_hand_side << problem_.force(q, v), -problem_.gap_acceleration_bias(q, v)(info.bilateral);
+  return under_constraints(q, right_hand_side).topRows(info.n_q);  // (2)
+}
+
 ContactLaws::Decision ContactLaws::coulomb_law(ContactQuestion question, const std::vector<int>& contacts,
                                                const std::vector<Vector>& directions) const {
   for (const int i : contacts) {
@@ -109,9 +119,7 @@ ContactLaws::Decision ContactLaws::impact(const Vector& q, const Vector& v_minus
   } else if (problem_.info().has_friction()) {
     const Vector b_size = 2 * scales_.speed(J, v_minus);
     decision = coulomb_law({"impact law", {}, {}, J, MJ, v_minus, b, b_size, false}, touching, {});
-  } else if (touching.size() > kMaxPairs) {
-    decision.failure = too_many(touching.size(), kMaxPairs);
-  } else if (const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b)) {
+  } else if (const auto z = solve_lcp(J.transpose() * MJ, b)) {
     decision.motion = v_minus + MJ * *z;
     decision.normal = Vector::Zero(problem_.n_c());
     decision.normal(touching) = *z;
@@ -205,9 +213,7 @@ ContactLaws::Decision ContactLaws::decide(const Vector& q, const Vector& v, cons
   const Matrix MJ = response(q, J);
   const Vector normal_bias = problem_.gap_acceleration_bias(q, v);
   const Vector slip_bias = problem_.slip_acceleration_bias(q, v);
-  Vector right_hand_side(info.n_q + info.n_bilateral());
-  right_hand_side << problem_.force(q, v), -normal_bias(info.bilateral);
-  const Vector free = under_constraints(q, right_hand_side).topRows(info.n_q);  // (2)
+  const Vector free = free_acceleration(q, v);
   Vector bias(J.cols());
   Eigen::Index n = 0;
   for (const int i : candidates) {
@@ -222,11 +228,7 @@ ContactLaws::Decision ContactLaws::decide(const Vector& q, const Vector& v, cons
     return coulomb_law({"contact law", {}, {}, J, MJ, free, b, b_size, true}, candidates, directions);
   }
   Decision decision;
-  if (candidates.size() > kMaxPairs) {
-    decision.failure = too_many(candidates.size(), kMaxPairs);
-    return decision;
-  }
-  const auto z = solve_lcp_by_enumeration(J.transpose() * MJ, b);
+  const auto z = solve_lcp(J.transpose() * MJ, b);
   if (!z) {
     decision.failure = "the contact force problem has no solution at " + names(candidates);
     return decision;

@@ -53,13 +53,16 @@ class ContactLaws {
   bool project(Vector& q, Vector& v, const std::vector<int>& touching, const std::vector<int>& closed,
                const std::vector<char>& resting) const;
 
+  /// v+ or v' of (2) for the columns p, with no bilateral terms on the right
+  Matrix response(const Vector& q, const Matrix& p) const;
+  /// v' of (2) for p = 0
+  Vector free_acceleration(const Vector& q, const Vector& v) const;
+
  private:
   std::string names(const std::vector<int>& contacts) const;
   Matrix jacobian(const Vector& q, const std::vector<int>& contacts) const;
   /// Solves (2). @return columns (v+ or v', m)
   Matrix under_constraints(const Vector& q, const Matrix& right_hand_side) const;
-  /// v+ or v' of (2) for the columns p, with no bilateral terms on the right
-  Matrix response(const Vector& q, const Matrix& p) const;
   Decision stated_law(const Matrix& J, const Matrix& MJ, const Vector& v_minus, const std::vector<int>& touching,
                       const std::vector<char>& last) const;
   void refine_impact(const Matrix& J, const Matrix& MJ, const Vector& v_minus, const Vector& b,

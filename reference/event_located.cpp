@@ -26,6 +26,12 @@ namespace {
 constexpr long kStepsPerMark = 20'000;
 constexpr double kLeastProgress = 1e-6;
 
+// Deepest gap of a group, by the heights of resting_groups.h (1): ten are the offset of flights.h (2).
+constexpr double kSunk = 12;
+
+// Roots one after the other that are no events: the rounding of a gap that is zero and opens. A new start ends them.
+constexpr int kPassedRoots = 20;
+
 /// Integrates from event to event, until the end, a limit, or a missed root.
 class EventLocatedRun {
  public:
@@ -76,7 +82,8 @@ class EventLocatedRun {
 bool EventLocatedRun::check_gaps(double t, Solution& solution) {
   const Matrix J = problem_.normal_jacobian(solution.q);
   const Vector gap = problem_.gap(solution.q);
-  const Vector size = scales_.gap(J, solution.q) + problem_.info().end_time * scales_.speed(J, solution.v);
+  const Vector gap_size = scales_.gap(J, solution.q);
+  const Vector size = gap_size + problem_.info().end_time * scales_.speed(J, solution.v);
   const double part = std::max(kSame, 100 * settings_.tolerance);  // more than closed contacts drift
   for (int i = 0; i < problem_.n_c(); ++i) {
     if (problem_.info().contacts[i].is_bilateral && std::abs(gap[i]) > part * size[i])
@@ -90,6 +97,12 @@ bool EventLocatedRun::check_gaps(double t, Solution& solution) {
     if (gap[i] < -part * size[i])
       return stop(solution, Status::inner_solver_failed, t,
                   fmt::format("contact '{}' was passed unnoticed, its gap is {:.3g} m", name(i), gap[i]));
+    const double deepest = kSunk * std::max(settings_.tolerance, kTouching) * gap_size[i];
+    if (mode_changes_.has_groups() && gap[i] < -deepest)
+      return stop(
+          solution, Status::inner_solver_failed, t,
+          fmt::format("contact '{}' of a group has sunk by {:.3g} m, more than {:.3g} m", name(i), -gap[i], deepest),
+          {FailureCode::impacts_accumulate, {name(i)}});
   }
   return true;
 }
@@ -222,6 +235,7 @@ Solution EventLocatedRun::run() {
   if (mode_changes_.decide(t, motion_.no_roots(), solution)) {
     solution.initial_modes = dynamics_.modes();
     restart(t, solution);
+    int passed_roots = 0;      // one after the other
     bool passed_root = false;  // that SmoothMotion::roots() does not take for one
     solution.exit.function = motion_.border_passed(solution.q, solution.v);
     const auto ends = [&] { return settings_.ends && settings_.ends(solution, dynamics_.modes()); };
@@ -262,6 +276,12 @@ Solution EventLocatedRun::run() {
         slips_.follow(solution.q, solution.v);
         flights_.follow(solution.q);
         passed_root = end == StepEnd::root;
+        passed_roots = passed_root ? passed_roots + 1 : 0;
+        if (passed_roots == kPassedRoots) {
+          restart(t, solution);
+          passed_root = false;
+          passed_roots = 0;
+        }
       }
     }
   }

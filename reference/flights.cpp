@@ -52,6 +52,12 @@ void Flights::start(double t, const Vector& q, const Vector& v, const Vector& a,
     const bool is_above = in_flight_[i] && offset_[i] == 0 && gap[i] > flat_[i];  // also at the top of its flight
     const bool just_opens = at_surface && !is_above && std::abs(rate[i]) <= kSame * rate_size[i];
     in_flight_[i] = is_open;
+    if (sinking_[i] > 0 && is_open && gap[i] <= offset_[i]) {
+      moves_along_[i] = false;
+      height_[i] = 0;
+      continue;
+    }
+    sinking_[i] = 0;
     offset_[i] = just_opens ? low_[i] : 0;
     moves_along_[i] = just_opens && std::abs(acceleration[i]) <= kSame * acceleration_size[i];
     height_[i] = at_surface && !just_opens && rate[i] > 0 ? -0.5 * rate[i] * rate[i] / acceleration[i] : 0;
@@ -66,7 +72,7 @@ void Flights::follow(const Vector& q) {
   if (offset_.isZero(0)) return;
   const Vector gap = problem_.gap(q);
   for (const int i : problem_.info().unilateral) {
-    if (gap[i] > offset_[i]) offset_[i] = 0;
+    if (gap[i] > offset_[i]) offset_[i] = sinking_[i] = 0;
   }
 }
 

@@ -38,7 +38,8 @@ namespace ricochet::reference {
 ///
 ///   gap + offset                                                                         (2)
 ///
-/// until the gap is larger than the offset. A body that returns before has not left.
+/// until the gap is larger than the offset. A body that returns before has not left. The contacts of a wedge
+/// (resting_groups.h) have such an offset, too.
 class Flights {
  public:
   /// @param zeno_interval  impacts of one contact at shorter intervals are an accumulation [s]
@@ -54,6 +55,7 @@ class Flights {
         rebound_(height_),
         low_(height_),
         flat_(kTouching * scales.gap(problem.normal_jacobian(problem.info().q0), problem.info().q0)),
+        sinking_(height_),
         moves_along_(problem.info().contacts.size(), false),
         in_flight_(in_flight.empty() ? moves_along_ : in_flight),
         last_impact_(problem.info().contacts.size(), -1) {}
@@ -70,6 +72,17 @@ class Flights {
   /// Whether the open contact i touches: its gap is zero to rounding, or its bodies have moved together since the gap
   /// was.
   bool touches(int i, double gap) const { return gap <= flat_[i] || (moves_along_[i] && gap <= offset_[i]); }
+
+  /// From now on contact i, which does not leave faster than `speed`, is open and may sink by `depth` [m], until its gap
+  /// is larger than that.
+  void let_sink(int i, double gap, double depth, double speed) {
+    offset_[i] = depth + std::max(0.0, -gap);
+    sinking_[i] = speed;
+  }
+  /// Whether contact i, with this rate, is left to sink.
+  bool sinks(int i, double rate) const { return sinking_[i] > 0 && rate >= -sinking_[i]; }
+  bool is_sinking(int i) const { return sinking_[i] > 0; }
+  void end_sinking(int i) { sinking_[i] = 0; }
 
   /// Whether contact i bounced recently and its bodies have not moved together since. If it touches again while another
   /// contact closes, rounding decides which is first.
@@ -118,6 +131,7 @@ class Flights {
   Vector height_;                    // n_c, of flights that began with the last event at the surface, else 0 [m]
   Vector rebound_;                   // n_c, (3) of the last impact [m]
   Vector low_, flat_;                // n_c, heights of errors and of rounding [m]
+  Vector sinking_;                   // n_c, speeds of let_sink(), else 0 [m/s]
   std::vector<char> moves_along_;    // by contact
   std::vector<char> in_flight_;      // open after the last event
   std::vector<double> last_impact_;  // [s]

@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 
 #include "problems/join.h"
 #include "reference/stop.h"
@@ -14,8 +15,20 @@ namespace {
 // Longest first step of slip in space, as a fraction of end_time; start_slip() shortens it.
 constexpr double kSlipStart = 1e-2;
 
-// Limit of successive impacts at one instant: there are few unless they accumulate.
-constexpr int kMaxImpacts = 1000;
+// Limit of successive impacts of n contacts at one instant. There are few unless they accumulate; in a row of n bodies
+// between walls the slowest rate falls by 1 / e in about n^2 / 2 impacts.
+constexpr int most_impacts(int n) {
+  return 1000 + 20 * n * n;
+}
+
+// Successive impacts of n contacts after which groups may be at rest.
+constexpr int few_impacts(int n) {
+  return 20 + 5 * n;
+}
+
+// A contact whose impacts follow each other within the shortest flight may sink, too, if it is this times as fast as a slow
+// one.
+constexpr double kRattles = 10;
 
 constexpr const char* kNoProjection = "the state cannot be projected onto its contacts";
 
@@ -29,6 +42,7 @@ ModeChanges::ModeChanges(const Problem& problem, const Scales& scales, double to
       n_q_(problem.n_q()),
       n_c_(problem.n_c()),
       laws_(problem, scales),
+      groups_(problem, scales, laws_, tolerance),
       dynamics_(dynamics),
       slips_(slips),
       flights_(flights),
@@ -44,9 +58,12 @@ bool ModeChanges::decide(double& t, const Roots& found, Solution& solution) {
   if (problem_.info().has_friction()) motion_.accelerate(solution.q, solution.v);  // forces for the decisions
   instant.v_minus = solution.v;
   find_touching(t, found, instant, solution);
+  if (instant.approaches)
+    instant.touching.insert(instant.touching.end(), instant.released.begin(), instant.released.end());
   if (!collide(t, instant, solution)) return false;
   if (!decide_candidates(t, instant, solution)) return false;
   motion_.accelerate(solution.q, solution.v);
+  if (has_groups_) keep_sunk(solution);
   flights_.start(t, solution.q, solution.v, motion_.acceleration(), modes_);
   return record_events(t, instant, solution) && begin_slip(t, solution);
 }
@@ -89,6 +106,8 @@ void ModeChanges::find_touching(double t, const Roots& found, Instant& instant, 
   const Vector gap = problem_.gap(solution.q);
   const Vector rate = J.transpose() * solution.v, rate_size = scales_.speed(J, solution.v);
   instant.leaves_cone.assign(modes_.size(), false);
+  std::vector<int> bounced;
+  int approaching = 0;
   for (const int i : problem_.info().unilateral) {
     // Redundant contacts reach their cones together.
     const bool at_cone = modes_[i] == ContactMode::stick &&
@@ -103,11 +122,17 @@ void ModeChanges::find_touching(double t, const Roots& found, Instant& instant, 
     }
     instant.leaves_cone[i] = at_cone;
     if (!is_closed(modes_[i]) && !found.normal[i] && !flights_.touches(i, gap[i])) continue;
-    instant.is_ambiguous =
-        instant.is_ambiguous || (!is_closed(modes_[i]) && !found.normal[i] && flights_.bounced(i, t));
+    if (found.normal[i]) flights_.end_sinking(i);
+    if (flights_.sinks(i, rate[i])) continue;
     instant.touching.push_back(i);
-    instant.approaches = instant.approaches || (!is_closed(modes_[i]) && rate[i] < -kSame * rate_size[i]);
+    if (is_closed(modes_[i]) || rate[i] >= -kSame * rate_size[i]) continue;
+    ++approaching;
+    if (!found.normal[i] && flights_.offset()[i] == 0 && flights_.bounced(i, t)) bounced.push_back(i);
   }
+  instant.approaches = approaching > 0;
+  if (bounced.empty() || approaching < 2) return;
+  const Vector slow = groups_.slow(solution.q, solution.v, modes_);
+  instant.is_ambiguous = std::ranges::any_of(bounced, [&](int i) { return slow[i] == 0; });
 }
 
 /// Whether (4) of Flights holds for all touching contacts.
@@ -146,6 +171,64 @@ std::vector<char> ModeChanges::last_impacts(const Instant& instant, const Soluti
   for (const int i : instant.touching)
     last[i] = !is_closed(instant.before[i]) && rate[i] < 0 && flights_.is_last(i, rate[i], a[i]);
   return last;
+}
+
+/// Closes the groups that are at rest, and leaves wedges to sink. Whether there are any.
+bool ModeChanges::settle(Instant& instant, Solution& solution) {
+  const auto rest = groups_.find(solution.q, solution.v, modes_);
+  leave_to_sink(rest.wedged, solution);
+  std::erase_if(instant.touching, [&](int i) { return std::ranges::count(rest.wedged, i) > 0; });
+  if (rest.contacts.empty()) return !rest.wedged.empty();
+  has_groups_ = true;
+  solution.q = rest.q;
+  solution.v = rest.v;
+  if (instant.impact.normal.size() == 0) instant.impact.normal.setZero(n_c_);
+  instant.impact.normal += rest.impulse;
+  for (const int i : rest.contacts) {
+    flights_.end_sinking(i);
+    if (std::ranges::find(instant.touching, i) == instant.touching.end()) instant.touching.push_back(i);
+  }
+  return true;
+}
+
+void ModeChanges::leave_to_sink(const std::vector<int>& contacts, const Solution& solution, double factor) {
+  if (contacts.empty()) return;
+  has_groups_ = true;
+  const Vector gap = problem_.gap(solution.q), depth = groups_.heights(solution.q);
+  const Vector speed = groups_.slow(solution.q, solution.v, modes_, factor);
+  for (const int i : contacts) {
+    flights_.let_sink(i, gap[i], depth[i], speed[i]);
+    modes_[i] = ContactMode::open;
+  }
+}
+
+/// Open contacts that have sunk rise to zero again, or sink by another height.
+void ModeChanges::keep_sunk(const Solution& solution) {
+  const Matrix J = problem_.normal_jacobian(solution.q);
+  const Vector gap = problem_.gap(solution.q), depth = groups_.heights(solution.q);
+  const Vector rate = J.transpose() * solution.v, resting = kSame * scales_.speed(J, solution.v);
+  const Vector speed = groups_.slow(solution.q, solution.v, modes_);
+  for (const int i : problem_.info().unilateral) {
+    const bool has_room = flights_.is_sinking(i) && gap[i] + flights_.offset()[i] > 0.1 * depth[i];
+    if (!is_closed(modes_[i]) && std::abs(rate[i]) > resting[i] && gap[i] < -kTouching / tolerance_ * depth[i] &&
+        !has_room)
+      flights_.let_sink(i, gap[i], depth[i], std::max(speed[i], std::numeric_limits<double>::min()));
+  }
+}
+
+/// Whether a touching contact approaches.
+bool ModeChanges::approaches(const Instant& instant, const Solution& solution) const {
+  const Matrix J = problem_.normal_jacobian(solution.q);
+  const Vector rate = J.transpose() * solution.v, rate_size = scales_.speed(J, instant.v_minus);
+  return std::ranges::any_of(instant.touching, [&](int i) { return rate[i] < -kSame * rate_size[i]; });
+}
+
+/// Whether all contacts with an impulse are at rest: the order of the impacts does not matter then (resting_groups.h).
+bool ModeChanges::rest_after_impacts(const Instant& instant, const Solution& solution) const {
+  const Matrix J = problem_.normal_jacobian(solution.q);
+  const Vector rate = J.transpose() * solution.v, rate_size = scales_.speed(J, instant.v_minus);
+  return std::ranges::all_of(instant.touching,
+                             [&](int i) { return instant.impact.normal[i] == 0 || rate[i] <= kSame * rate_size[i]; });
 }
 
 /// Removes the rate of closed contacts and the slip of sticking contacts that are errors of the integration. Otherwise
@@ -203,9 +286,11 @@ bool ModeChanges::follow_impacts(double t, Instant& instant, Solution& solution)
   const auto last = last_impacts(instant, solution);
   auto& total = instant.impact;
   total.modes.assign(instant.touching.size(), ContactMode::open);
-  total.normal.setZero(n_c_);
+  if (total.normal.size() == 0) total.normal.setZero(n_c_);
   total.tangential.setZero(problem_.info().n_lambda_t);
-  for (int k = 0; k < kMaxImpacts; ++k) {
+  const int n = static_cast<int>(instant.touching.size()), most = most_impacts(n), few = few_impacts(n);
+  for (int k = 0; k < most; ++k) {
+    if (k >= few && (k - few) % n == 0) settle(instant, solution);
     const Vector rate = J.transpose() * solution.v;
     std::vector<int> meeting;
     bool approaches = false;
@@ -227,16 +312,35 @@ bool ModeChanges::follow_impacts(double t, Instant& instant, Solution& solution)
       total.modes[static_cast<std::size_t>(at)] = impact.modes[m];
     }
   }
-  return flights_.stop_accumulation(t, solution);
+  return sink_slow(instant, solution) || flights_.stop_accumulation(t, solution);
+}
+
+/// Leaves the touching contacts that approach to sink. False if one of them is not slow.
+bool ModeChanges::sink_slow(Instant& instant, const Solution& solution) {
+  const Matrix J = problem_.normal_jacobian(solution.q);
+  const Vector rate = J.transpose() * solution.v, rate_size = scales_.speed(J, instant.v_minus);
+  const Vector slow = groups_.slow(solution.q, solution.v, modes_);
+  std::vector<int> approaching;
+  std::ranges::copy_if(instant.touching, std::back_inserter(approaching),
+                       [&](int i) { return rate[i] < -kSame * rate_size[i]; });
+  if (std::ranges::any_of(approaching, [&](int i) { return slow[i] == 0; })) return false;
+  leave_to_sink(approaching, solution);
+  std::erase_if(instant.touching, [&](int i) { return std::ranges::count(approaching, i) > 0; });
+  return true;
 }
 
 /// Impacts, if a contact approaches; then candidates for closed contacts, separating contacts, contacts without slip.
 bool ModeChanges::collide(double t, Instant& instant, Solution& solution) {
   if (instant.approaches) {
     if (!remove_drift(t, instant, solution)) return false;
-    instant.ends_together = end_together(instant, solution);
-    if (instant.is_ambiguous && !instant.ends_together) return flights_.stop_accumulation(t, solution);
-    if (!follow_impacts(t, instant, solution)) return false;
+    if (!settle(instant, solution) || approaches(instant, solution)) {
+      instant.ends_together = end_together(instant, solution);
+      if (instant.is_ambiguous && !instant.ends_together && problem_.info().has_friction())
+        return flights_.stop_accumulation(t, solution);
+      if (!follow_impacts(t, instant, solution)) return false;
+      if (instant.is_ambiguous && !instant.ends_together && !rest_after_impacts(instant, solution))
+        return flights_.stop_accumulation(t, solution);
+    }
   }
   const Matrix J = problem_.normal_jacobian(solution.q), J_t = problem_.tangent_jacobian(solution.q);
   const Vector rate = J.transpose() * solution.v, rate_size = scales_.speed(J, instant.v_minus);
@@ -270,8 +374,10 @@ bool ModeChanges::decide_candidates(double t, Instant& instant, Solution& soluti
   const auto touching = join({problem_.info().bilateral, instant.touching, instant.released});
   auto closed = join({problem_.info().bilateral, instant.candidates});
   if (!instant.approaches) closed.insert(closed.end(), instant.released.begin(), instant.released.end());
+  const Vector q = solution.q;
   if (!laws_.project(solution.q, solution.v, touching, closed, instant.rests))
     return stop(solution, Status::inner_solver_failed, t, kNoProjection);
+  if (has_groups_ && !touching.empty() && !groups_.explains(touching, q, solution.q)) solution.q = q;
   if (instant.candidates.empty()) {
     dynamics_.set_modes(modes_);
     return true;
@@ -358,7 +464,7 @@ bool ModeChanges::begin_slip(double& t, Solution& solution) {
 bool ModeChanges::record_events(double t, const Instant& instant, Solution& solution) {
   const Vector no_normal = Vector::Zero(n_c_), no_tangential = Vector::Zero(problem_.info().n_lambda_t);
   const auto& impact = instant.impact;
-  bool accumulates = false;
+  std::vector<int> soon;
   for (const int i : problem_.info().unilateral) {
     const auto record = [&](EventKind kind) {
       const bool is_impact = kind == EventKind::impact;
@@ -378,9 +484,13 @@ bool ModeChanges::record_events(double t, const Instant& instant, Solution& solu
     if (!kind) continue;
     record(*kind);
     const bool is_soon = *kind == EventKind::impact && flights_.accumulates(i, t);
-    accumulates = accumulates || (is_soon && !is_closed(modes_[i]));
+    if (is_soon && !is_closed(modes_[i])) soon.push_back(i);
   }
-  return !accumulates || flights_.stop_accumulation(t, solution);
+  if (soon.empty()) return true;
+  const Vector slow = groups_.slow(solution.q, solution.v, modes_, kRattles);
+  if (std::ranges::any_of(soon, [&](int i) { return slow[i] == 0; })) return flights_.stop_accumulation(t, solution);
+  leave_to_sink(soon, solution, kRattles);
+  return true;
 }
 
 }  // namespace ricochet::reference

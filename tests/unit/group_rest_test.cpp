@@ -1,8 +1,12 @@
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
+#include <random>
+
 #include "methods/registry.h"
 #include "problems/scene_file/scene_file.h"
+#include "reference/active_set.h"
+#include "reference/event_located.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
@@ -96,6 +100,140 @@ TEST(GroupRest, HasNoDerivatives) {
   const auto problem = make_problem("balls_in_box", {{"n", 12.0}, {"e", 0.3}});
   const Solution solution = solve(*problem, 1e-8, {"v0:0"});
   EXPECT_EQ(solution.status, Status::infeasible);
+}
+
+Solution reference_of(const Problem& problem, double tolerance = 1e-8) {
+  return reference::integrate_event_located(problem, {.tolerance = tolerance});
+}
+
+double lowest_gap(const Problem& problem, const Solution& solution) {
+  double lowest = problem.gap(solution.q).minCoeff();
+  for (const Event& event : solution.events) lowest = std::min(lowest, problem.gap(event.q).minCoeff());
+  return lowest;
+}
+
+/// A run of the reference reports gaps below 12 heights of 1e-8 of the size of the gap, which is below 1; seen 3.5e-8.
+constexpr double kSunk = 1.2e-7;
+
+struct SettledReference {
+  int n;
+  double e, energy;  ///< [J], of event_driven and of Moreau-Jean
+};
+
+class DiscsOfTheReference : public testing::TestWithParam<SettledReference> {};
+
+TEST_P(DiscsOfTheReference, ComeToRestWhereOtherMethodsLeaveThem) {
+  const auto problem = make_problem("balls_in_box", {{"n", static_cast<double>(GetParam().n)}, {"e", GetParam().e}});
+  const Solution solution = reference_of(*problem);
+  ASSERT_TRUE(solution.succeeded()) << solution.message;
+  // The figures have 9 digits; heights of 1e-8 m lift up to 12 discs of 1 N by less.
+  EXPECT_NEAR(energy(*problem, solution), GetParam().energy, 1e-8 * GetParam().energy);
+  EXPECT_GE(lowest_gap(*problem, solution), -kSunk);
+}
+
+INSTANTIATE_TEST_SUITE_P(Counts, DiscsOfTheReference,
+                         testing::Values(SettledReference{5, 0, 0.34335}, SettledReference{5, 0.3, 0.343350001},
+                                         SettledReference{5, 0.8, 0.330207092}, SettledReference{8, 0, 0.856614184},
+                                         SettledReference{8, 0.3, 0.7848}, SettledReference{12, 0.3, 1.4234086}),
+                         [](const auto& info) {
+                           return fmt::format("{}DiscsWithE{:.0f}", info.param.n, 100 * info.param.e);
+                         });
+
+/// Disc 5 falls between discs 1 and 2, which touch each other or their walls. Its impacts shrink by sqrt(2) - 1.
+TEST(Cusp, LetsTheDiscOfTheReferencePass) {
+  const auto problem = make_problem("balls_in_box", {{"n", 5.0}, {"e", 0.0}});
+  const Solution solution = reference_of(*problem);
+  ASSERT_TRUE(solution.succeeded()) << solution.message;
+  std::vector<double> rates;
+  double through = 0, landing = 0;
+  for (const Event& event : solution.events) {
+    const std::string& name = problem->info().contacts[static_cast<std::size_t>(event.contact)].name;
+    const double rate = problem->normal_jacobian(event.q).col(event.contact).dot(event.v_minus);
+    if (name == "disc 5, floor" && through == 0) {
+      through = event.t;
+      landing = rate;
+    }
+    const bool of_disc = name == "discs 1, 5" || name == "discs 2, 5";
+    if (of_disc && through == 0 && event.t > 0.2582 && rate < 0) rates.push_back(rate);
+  }
+  ASSERT_GE(rates.size(), 3U);
+  // The ratio tends to its limit with the height of the disc; 80 digits have 0.4142, and the last two 0.4143.
+  EXPECT_NEAR(rates.back() / rates[rates.size() - 2], std::sqrt(2) - 1, 1e-3);
+  // With 80 digits 0.258672 and -1.004793; the last impacts, a height of sqrt(4 R 1e-8) = 4e-5 m, are left out.
+  EXPECT_NEAR(through, 0.258672, 1e-5);
+  EXPECT_NEAR(landing, -1.004793, 1e-4);
+}
+
+/// v+ of the row is the projection on all rates, which is zero.
+TEST(RowBetweenWalls, OfTheReferenceComesToRest) {
+  for (const double e : {0.0, 0.3, 0.8}) {
+    const auto problem = row_between_walls(12, e);
+    const Solution solution = reference_of(*problem);
+    ASSERT_TRUE(solution.succeeded()) << e << ": " << solution.message;
+    // Impacts are followed to 1e-9 of the velocities; what is left is removed.
+    EXPECT_LT(solution.v.lpNorm<Eigen::Infinity>(), 1e-9) << e;
+    EXPECT_LT((solution.q - problem->info().q0).lpNorm<Eigen::Infinity>(), 1e-8) << e;
+  }
+}
+
+/// Disc 2 stands on disc 1 and touches the wall without a force: an unstable equilibrium.
+TEST(BalancedDisc, OfTheReferenceReachesTheEnd) {
+  for (const double e : {0.0, 0.5}) {
+    const auto problem =
+        read_scene_text(fmt::format(R"({{"params": {{"g": "9.81"}}, "q0": ["0.05", "0.05", "0.05", "0.15"],
+          "v0": ["0", "0", "0", "0"], "T": "2", "M": [["1","0","0","0"],["0","1","0","0"],["0","0","1","0"],["0","0","0","1"]],
+          "f": ["0", "-g", "0", "-g"],
+          "contacts": [{{"name": "floor", "gap": "q[1]-0.05", "e": "{0}"}},
+                       {{"name": "wall 1", "gap": "q[0]-0.05", "e": "{0}"}},
+                       {{"name": "wall 2", "gap": "q[2]-0.05", "e": "{0}"}},
+                       {{"name": "discs", "gap": "sqrt((q[2]-q[0])**2+(q[3]-q[1])**2)-0.1", "e": "{0}"}}]}})",
+                                    e),
+                        "balanced");
+    const Solution solution = reference_of(*problem);
+    ASSERT_TRUE(solution.succeeded()) << e << ": " << solution.message;
+    EXPECT_GE(lowest_gap(*problem, solution), -kSunk) << e;
+  }
+}
+
+/// The reference finds the same motion as event_driven until the trajectories separate. With e = 0 they do not. With e =
+/// 0.3 disc 5 hits disc 4 at 0.1447 s, which has come to rest at the wall at 0.1358 s: a gap of 1e-10 m, or none, makes two
+/// motions. With e = 0.8 impacts multiply errors of 1e-10 by 1e4 until 0.7 s.
+TEST(ReferenceOfDiscs, AgreesWithEventDriven) {
+  struct Until {
+    double e, t;
+  };
+  for (const auto& [e, t] : {Until{0.0, 1}, {0.3, 0.14}, {0.8, 0.5}}) {
+    const auto problem = make_problem("balls_in_box", {{"n", 5.0}, {"e", e}, {"duration", t}});
+    const Solution reference = reference_of(*problem, 1e-10), other = solve(*problem, 1e-10);
+    ASSERT_TRUE(reference.succeeded() && other.succeeded()) << reference.message << other.message;
+    // A hundred tolerances, and up to thirty impacts; seen 3.1e-9 and 2.6e-7.
+    EXPECT_LT((reference.q - other.q).lpNorm<Eigen::Infinity>(), 1e-8) << e;
+    EXPECT_LT((reference.v - other.v).lpNorm<Eigen::Infinity>(), 1e-6) << e;
+  }
+}
+
+/// Both ways to solve the law of contacts without friction, with dependent normals in half of the cases.
+TEST(DualSteps, SolveWhatEnumerationSolves) {
+  std::mt19937 random(1);
+  std::normal_distribution<double> normal;
+  const auto fill = [&](Matrix& x) {
+    for (double& entry : x.reshaped()) entry = normal(random);
+  };
+  for (int k = 0; k < 200; ++k) {
+    Matrix N(k % 2 == 0 ? 8 : 4, 7), x(N.rows(), 1);
+    fill(N);
+    fill(x);
+    const Matrix G = N.transpose() * N;
+    const Vector b = N.transpose() * x;
+    const auto z = reference::solve_lcp_by_dual_steps(G, b), other = reference::solve_lcp_by_enumeration(G, b);
+    ASSERT_TRUE(z && other) << k;
+    // N z is unique. Rounding of a 7 x 7 system whose condition number may be 1e4.
+    EXPECT_LT((N * (*z - *other)).lpNorm<Eigen::Infinity>(), 1e-10) << k;
+    EXPECT_GE(z->minCoeff(), 0) << k;
+  }
+  // x >= 1 and -x >= 1
+  EXPECT_FALSE(
+      reference::solve_lcp_by_dual_steps((Matrix(2, 2) << 1, -1, -1, 1).finished(), (Vector(2) << -1, -1).finished()));
 }
 
 }  // namespace
