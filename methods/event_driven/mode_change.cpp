@@ -13,7 +13,6 @@ namespace {
 
 // Roundings of a gap that a flight has to rise: a zero of the gap is looked for from one on.
 constexpr double kLow = 4;
-constexpr int kLowBounces = 16;  // of a contact, before its group is captured
 constexpr double kSoon = 1e-8;   // of the end time, of a difference of accelerations
 
 }  // namespace
@@ -25,10 +24,13 @@ ModeChange::ModeChange(const Problem& problem, ContactScales& scales, ModeDynami
       dynamics_(dynamics),
       law_(problem, FrictionPolygon(), scales, counters),
       impacts_(problem, scales, law_),
-      modes_(problem.info().contacts.size(), ContactMode::open),
-      held_(modes_),
-      low_bounces_(modes_.size(), 0) {
-  for (auto* list : {&touching_, &beginning_, &group_, &refused_}) list->reserve(modes_.size());
+      group_(problem, scales, law_, impacts_,
+             [this](std::span<const ContactMode> modes, Vector& q, Vector& v) {
+               dynamics_.set_modes(modes, q.data(), v.data());
+               return dynamics_.project(q.data(), v.data());
+             }),
+      modes_(problem.info().contacts.size(), ContactMode::open) {
+  for (auto* list : {&touching_, &beginning_, &refused_}) list->reserve(modes_.size());
   after_.reserve(modes_.size());
   closed_.reserve(modes_.size());
   Lambda_n_.setZero(info_.n_c());
@@ -36,7 +38,6 @@ ModeChange::ModeChange(const Problem& problem, ContactScales& scales, ModeDynami
   Lambda_t_.setZero(info_.n_lambda_t);
   lambda_t_ = Lambda_t_;
   v_minus_.setZero(info_.n_q);
-  q_before_ = v_before_ = v_minus_;
 }
 
 /// (1)
@@ -89,59 +90,6 @@ void ModeChange::set_closed(const DetectedEvent& cause, const std::vector<Contac
   }
 }
 
-/// Whether a contact is slow in the sense of group_rest.h (1).
-bool ModeChange::is_slow(int contact, const Vector& v) const {
-  return std::abs(law_.normal_velocity(contact, v)) <= low_speed_;
-}
-
-/// Whether a candidate is above its surface, or its gap changes.
-bool ModeChange::flies(int contact, const Vector& v) const {
-  return !std::ranges::binary_search(touching_, contact) ||
-         std::abs(law_.normal_velocity(contact, v)) > scales_.no_approach(contact);
-}
-
-/// Whether the contact that closes has bounced so often within its group that the rules of single contacts, which are
-/// exact up to rounding, do not end that.
-bool ModeChange::is_followed_enough(const DetectedEvent& cause) {
-  if (!cause) return false;
-  int& bounces = low_bounces_[cause.contact];
-  bounces = is_slow(cause.contact, v_minus_) ? bounces + 1 : 0;
-  const bool is_left = std::ranges::any_of(impacts_.candidates(), [&](int i) { return impacts_.is_left(i); });
-  return bounces > kLowBounces || is_left || cause.level > 0;
-}
-
-/// The contacts of group_rest.h (1), in group_. False where the other rules close all of them.
-bool ModeChange::find_group(const Vector& q, const Vector& v) {
-  group_.clear();
-  const auto& candidates = impacts_.candidates();
-  if (candidates.size() < 2 || !(scales_.capture_height(candidates.front()) > 0)) return false;
-  const auto in_flight = [&](int i) { return flies(i, v); };
-  if (std::ranges::none_of(candidates, in_flight)) return false;  // before the load is evaluated
-  low_speed_ = impacts_.rest().low_speed(q, v, candidates);
-  for (const int i : candidates) {
-    if (is_slow(i, v)) group_.push_back(i);
-  }
-  return group_.size() > 1 && std::ranges::any_of(group_, in_flight);
-}
-
-/// Leaves in group_ the contacts that satisfy group_rest.h (2). False when the load has no forces.
-bool ModeChange::drop_high_bounces(const Vector& q, const Vector& v) {
-  const auto is_high = [&](int i) {
-    const double rate = law_.normal_velocity(i, v);
-    return std::abs(rate) > scales_.no_approach(i) &&
-           rate * rate > 2 * lambda_n_[i] * law_.normal_delassus(i) * scales_.capture_height(i);
-  };
-  do {
-    closed_.clear();
-    for (const int i : group_) {
-      closed_.push_back({.contact = i});
-      if (law_.contact(i).n_t > 0) law_.set_slide(closed_.back(), v, scales_.no_slip(i));
-    }
-    if (law_.contact_forces(q, v, closed_, lambda_n_, lambda_t_) != LcpStatus::solved) return false;
-  } while (std::erase_if(group_, is_high) > 0 && !group_.empty());
-  return true;
-}
-
 ModeChange::Outcome ModeChange::failed(Status status, FailureCode code, const std::string& what, int contact) const {
   const std::string& name = info_.contacts[contact].name;
   return {status, fmt::format("{} at contact '{}'", what, name), {code, {name}}, false};
@@ -150,7 +98,8 @@ ModeChange::Outcome ModeChange::failed(Status status, FailureCode code, const st
 ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Vector& q,
                                        Vector& v, const std::vector<int>& stopped) {
   if (modes) modes_ = *modes;
-  if (!modes) std::ranges::fill(low_bounces_, 0);
+  if (!modes) group_.restart();
+  group_.begin();
   const std::vector<ContactMode>* before = modes ? &modes_ : nullptr;
   Lambda_n_.setZero();
   Lambda_t_.setZero();
@@ -185,78 +134,17 @@ ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::ve
     }
     outcome.has_impact = impacts.n_impacts > 0;
     const bool settles = outcome.has_impact || (cause && cause.kind == SwitchKind::gap_closes);
-    if (settles) outcome.captures = find_group(q, v) && is_followed_enough(cause) && capture(before, q, v);
+    if (settles)
+      outcome.captures =
+          group_.apply({.contact = cause.contact, .has_sunk = cause.level > 0}, before, v_minus_, touching_, q, v);
+    group_.accept();
   }
   outcome = close(cause, before, outcome, q, v, stopped);
+  refused_ = group_.refused();
   for (const int i : impacts_.candidates()) {
     if (impacts_.is_left(i)) refused_.push_back(i);
   }
   return outcome;
-}
-
-/// Lets the contacts of a wedge that the forces have just closed sink in place of that.
-bool ModeChange::leave_wedge() {
-  if (closed_.size() < 2 || !(scales_.capture_height(closed_.front().contact) > 0)) return false;
-  group_.clear();
-  for (const auto& closed : closed_) group_.push_back(closed.contact);
-  const auto& wedge = impacts_.rest().find_wedge(group_, lambda_n_);
-  refused_.insert(refused_.end(), wedge.begin(), wedge.end());
-  std::erase_if(closed_, [&](const auto& closed) { return std::ranges::count(wedge, closed.contact) > 0; });
-  return !wedge.empty();
-}
-
-/// Moves (q, v) to where the group has neither gaps nor rates, with the slip of contacts that stuck.
-bool ModeChange::move_to_rest(const std::vector<ContactMode>* before, Vector& q, Vector& v) {
-  for (int i = 0; i < info_.n_c(); ++i)
-    held_[i] = info_.contacts[i].is_bilateral ? ContactMode::closed : ContactMode::open;
-  for (const int i : group_)
-    held_[i] = before && (*before)[i] == ContactMode::stick ? ContactMode::stick : ContactMode::closed;
-  dynamics_.set_modes(held_, q.data(), v.data());
-  return dynamics_.project(q.data(), v.data());
-}
-
-/// Adds to the group the contacts without a load that v lets approach.
-bool ModeChange::add_approaching(const Vector& v) {
-  const std::size_t n = group_.size();
-  for (const int i : impacts_.candidates()) {
-    const bool approaches = law_.normal_velocity(i, v) < -scales_.no_approach(i);
-    if (approaches && impacts_.gaps()[i] <= scales_.nearly_touching(i) && std::ranges::count(group_, i) == 0)
-      group_.push_back(i);
-  }
-  return group_.size() > n;
-}
-
-/// Moves (q, v) to where the group rests. False, and nothing is moved, where none of it flies or it is not at rest.
-bool ModeChange::capture(const std::vector<ContactMode>* before, Vector& q, Vector& v) {
-  bool has_wedge = true;
-  while (has_wedge) {
-    if (!drop_high_bounces(q, v) || group_.size() < 2) return false;
-    const auto& wedge = impacts_.rest().find_wedge(group_, lambda_n_);
-    has_wedge = !wedge.empty();
-    refused_.insert(refused_.end(), wedge.begin(), wedge.end());
-    std::erase_if(group_, [&](int i) { return std::ranges::count(wedge, i) > 0; });
-  }
-  if (std::ranges::none_of(group_, [&](int i) { return flies(i, v); })) return false;
-  q_before_ = q;
-  v_before_ = v;
-  bool is_moved = true;
-  do {
-    q = q_before_;
-    v = v_before_;
-    is_moved = move_to_rest(before, q, v);
-  } while (is_moved && add_approaching(v));
-  auto& rest = impacts_.rest();
-  if (is_moved && rest.is_explained_by_rates(group_, q_before_, v_before_, v) &&
-      rest.is_explained_by_gaps(group_, impacts_.gaps(), q_before_, q)) {
-    for (const int i : group_) {
-      if (!std::ranges::binary_search(touching_, i)) impacts_.add_touching(i, touching_);
-    }
-    return true;
-  }
-  q = q_before_;
-  v = v_before_;
-  refused_.insert(refused_.end(), group_.begin(), group_.end());
-  return false;
 }
 
 /// Sets in the dynamics which contacts stay closed after the impacts, and moves (q, v) to where they have no gap and rate.
@@ -276,7 +164,7 @@ ModeChange::Outcome ModeChange::close(const DetectedEvent& cause, const std::vec
       if (!closed_.empty() && law_.contact_forces(q, v, closed_, lambda_n_, lambda_t_) != LcpStatus::solved)
         return failed(Status::infeasible, FailureCode::inconsistent, "the contact law has no solution",
                       closed_.front().contact);
-    } while (leave_wedge());
+    } while (group_.leave_wedge(closed_, lambda_n_));
     for (const auto& closed : closed_) gap_acceleration_[closed.contact] = law_.gap_acceleration(closed.contact);
     law_.decide_unloaded(q, v, closed_, lambda_n_, lambda_t_);
   }

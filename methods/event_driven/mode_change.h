@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "methods/contact_laws/contacts_after_impact.h"
+#include "methods/contact_laws/group_capture.h"
 #include "methods/contact_laws/impact_sequence.h"
 #include "methods/contact_laws/impact_solver.h"
 #include "methods/event_driven/event_functions.h"
@@ -46,8 +47,7 @@ class ModeChange {
   Outcome decide(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Vector& q, Vector& v,
                  const std::vector<int>& stopped);
 
-  /// Open contacts that may sink by capture_height() before they close again: they belong to a group that is not at rest
-  /// (group_rest.h (3), (4)).
+  /// Open contacts that may sink before they close again (group_capture.h).
   const std::vector<int>& refused() const { return refused_; }
   /// See ImpactSequence.
   void keep_impacts(std::vector<ImpactSequence::Impact>* impacts) { impacts_.keep_impacts(impacts); }
@@ -59,15 +59,6 @@ class ModeChange {
 
  private:
   Outcome failed(Status status, FailureCode code, const std::string& what, int contact) const;
-  bool is_followed_enough(const DetectedEvent& cause);
-  bool find_group(const Vector& q, const Vector& v);
-  bool is_slow(int contact, const Vector& v) const;
-  bool flies(int contact, const Vector& v) const;
-  bool drop_high_bounces(const Vector& q, const Vector& v);
-  bool move_to_rest(const std::vector<ContactMode>* before, Vector& q, Vector& v);
-  bool add_approaching(const Vector& v);
-  bool leave_wedge();
-  bool capture(const std::vector<ContactMode>* before, Vector& q, Vector& v);
   Outcome close(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Outcome outcome, Vector& q,
                 Vector& v, const std::vector<int>& stopped);
   void set_closed(const DetectedEvent& cause, const std::vector<ContactMode>* modes, const Vector& q, const Vector& v,
@@ -83,14 +74,12 @@ class ModeChange {
   ModeDynamics& dynamics_;
   ImpactSolver law_;
   ImpactSequence impacts_;
-  std::vector<int> touching_, beginning_, group_, refused_;
-  double low_speed_ = 0;  // of group_
-  std::vector<ContactMode> modes_, held_;
-  std::vector<int> low_bounces_;  // n_c
+  GroupCapture group_;
+  std::vector<int> touching_, beginning_, refused_;
+  std::vector<ContactMode> modes_;
   std::vector<ContactAfterImpact> after_;
   std::vector<ImpactSolver::ClosedContact> closed_;
   Vector Lambda_n_, Lambda_t_, lambda_n_, lambda_t_, v_minus_, bias_, gap_acceleration_;
-  Vector q_before_, v_before_;  // the group
 };
 
 }  // namespace ricochet

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "methods/contact_laws/falling_zero.h"
+
 namespace ricochet {
 namespace {
 
@@ -32,7 +34,7 @@ void ElementGaps::set_path(const Element& stages) {
   }
 }
 
-Violation ElementGaps::check(const Element& stages, std::span<const int> unloaded) {
+Violation ElementGaps::check(const Element& stages, std::span<const int> unloaded, std::span<const double> depth) {
   Violation first;
   const auto& info = problem_.info();
   const auto is_open = [&](int i) { return !is_closed(stages.modes[static_cast<std::size_t>(i)]); };
@@ -51,9 +53,13 @@ Violation ElementGaps::check(const Element& stages, std::span<const int> unloade
       allowed.square = path_.nodes() * search_.begin_error(i);
       allowed.most = kOfFirstStage * search_.gap(i, path_.first_point());
     }
+    const double zero = depth.empty() ? 0 : -depth[static_cast<std::size_t>(i)];
+    if (zero < 0) allowed = {.gap = std::max(touching, -zero), .rounding = touching};
     const auto closing = search_.first_closing(i, allowed);
     if (!closing) continue;
-    const double time = search_.zero(i, closing) * stages.h;
+    const auto above = [&](double s) { return search_.gap(i, s) - zero; };
+    const double time =
+        (zero < 0 ? falling_zero(closing.from, closing.to, above) : search_.zero(i, closing)) * stages.h;
     if (first && time >= first.time) continue;
     first = {.kind = Violation::Kind::past_switch,
              .passed = SwitchKind::gap_closes,

@@ -127,14 +127,15 @@ Violation ElementRunSolver::check_element(int element, bool is_first) {
   Element& stages = buffers_.element(element);
   const int broken = is_first ? just_broken(element) : -1;
   const std::span<const int> unloaded = is_first ? buffers_.start_of(element).unloaded : std::span<const int>();
-  Violation violation = sign_conditions_.check(stages, broken, unloaded);
+  const std::span<const double> depth = is_first ? buffers_.start_of(element).depth : std::span<const double>();
+  Violation violation = sign_conditions_.check(stages, broken, unloaded, depth);
   const bool is_of_forces =
       violation.is_past(SwitchKind::force_vanishes) || violation.is_past(SwitchKind::cone_reached);
   // For redundant contacts these were the smallest forces; others may be admissible.
   if (is_of_forces && elements_.is_redundant() && force_division_.into_cones(stages))
-    violation = sign_conditions_.check(stages, broken, unloaded);
+    violation = sign_conditions_.check(stages, broken, unloaded, depth);
   if (violation || !gaps_between_) return violation;
-  violation = gaps_between_->check(stages, unloaded);
+  violation = gaps_between_->check(stages, unloaded, depth);
   const Violation of_load = loads_between_->check(stages);
   return of_load && (!violation || of_load.time < violation.time) ? of_load : violation;
 }
@@ -231,7 +232,10 @@ Switch ElementRunSolver::switch_for(int first, const Violation& violation) {
   const auto has = [&](const std::vector<int>& contacts) {
     return std::find(contacts.begin(), contacts.end(), violation.contact) != contacts.end();
   };
-  if (end.kind == SwitchKind::gap_closes && has(start.touching)) {
+  const double depth = start.depth.empty() ? 0 : start.depth[static_cast<std::size_t>(end.contact)];
+  if (end.kind == SwitchKind::gap_closes && depth > 0) {
+    end.left_gap = -depth;
+  } else if (end.kind == SwitchKind::gap_closes && has(start.touching)) {
     end.zeros_at_start = 1;
     problem_.gap(stages.q0.data(), gap_.data());
     end.left_gap = gap_[end.contact];
@@ -416,7 +420,7 @@ bool ElementRunSolver::bracket_switch(int first, int count, const Switch& end, d
     found = part > 1 ? at_low > 0 && at_high <= 0 : at_high <= 0 && end.kind == SwitchKind::gap_closes;
     if (part == 1 && found) {  // the gap at length zero is the one at the left end; deflated, some positive number
       problem_.gap(buffers_.element(first).q0.data(), gap_.data());
-      at_low = end.zeros_at_start > 0 ? std::abs(at_high) : gap_[end.contact];
+      at_low = end.zeros_at_start > 0 ? std::abs(at_high) : gap_[end.contact] - end.left_gap;
     }
   }
   if (!found) return false;

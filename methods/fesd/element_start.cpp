@@ -10,6 +10,13 @@ namespace {
 constexpr double kNearCone = 0.1;
 // A force larger than this, as part of what it was in the element before, is not about to vanish.
 constexpr double kClear = 1e-6;
+// Of the end time: an element this short moves nothing.
+constexpr double kStandstill = 1e-13;
+// Such elements in turn that may end with impacts; after them the contact that closes may sink.
+constexpr int kFewStandstills = 4;
+
+// Newton's iterations that remove gaps of a capture height; normals that nearly depend on each other need several.
+constexpr int kMaxMoves = 8;
 
 /// Every contact open but bilateral ones, and nothing known of forces.
 void clear_modes(const ProblemInfo& info, Element& stages, ElementStart& start) {
@@ -24,6 +31,11 @@ void clear_modes(const ProblemInfo& info, Element& stages, ElementStart& start) 
   std::fill(stages.facets.begin(), stages.facets.end(), 0);
 }
 
+/// Whether the gap that closes at a switch has sunk.
+bool has_sunk(const Switch& end) {
+  return end.kind == SwitchKind::gap_closes && end.zeros_at_start == 0 && end.left_gap < 0;
+}
+
 }  // namespace
 
 void ElementStart::reserve(const ProblemInfo& info) {
@@ -33,6 +45,7 @@ void ElementStart::reserve(const ProblemInfo& info) {
   from_rest.reserve(info.contacts.size());
   unloaded.reserve(info.contacts.size());
   on_edge.reserve(info.contacts.size());
+  depth.reserve(info.contacts.size());
   acceleration.setZero(info.n_q);
   lambda_n.setZero(info.n_c());
   lambda_t.setZero(info.n_lambda_t);
@@ -45,10 +58,16 @@ ElementStartSolver::ElementStartSolver(const Problem& problem, const ButcherTabl
       polygon_(polygon),
       scales_(scales),
       impact_law_(problem, polygon, scales, counters),
-      impacts_(problem, scales, impact_law_) {
+      impacts_(problem, scales, impact_law_),
+      counters_(counters),
+      groups_(problem, scales, impact_law_, impacts_,
+              [this](std::span<const ContactMode> modes, Vector& q, Vector& v) { return move_to(modes, q, v); }) {
   const ProblemInfo& info = problem.info();
   after_.reserve(info.contacts.size());
   closed_.reserve(info.contacts.size());
+  let_go_.reserve(info.contacts.size());
+  gap_.setZero(info.n_c());
+  v_minus_.setZero(info.n_q);
   coupled_.reset(info.n_q);
   coupled_.join(info.structure.couplings);
   if (info.has_bilateral()) coupled_.join_all();
@@ -115,12 +134,58 @@ void ElementStartSolver::set_facet(const Element& element, const Switch& end, Im
   if (end.kind == SwitchKind::edge_left) impact_law_.set_vertex(closed, end.condition.facet);
 }
 
+void ElementStartSolver::restart(bool captures) {
+  groups_.restart();
+  let_go_.clear();
+  settles_ = false;
+  standstills_ = standstills_next_ = 0;
+  const std::size_t n = captures && problem_.info().unilateral.size() > 1 ? problem_.info().contacts.size() : 0;
+  for (auto* flags : {&sinks_, &sinks_next_}) flags->assign(n, 0);
+}
+
+void ElementStartSolver::accept() {
+  groups_.accept();
+  let_go_.clear();
+  settles_ = false;
+  sinks_ = sinks_next_;
+  standstills_ = standstills_next_;
+}
+
+int ElementStartSolver::sunk(const ElementStart& start, const Vector& q) {
+  if (start.depth.empty()) return -1;
+  problem_.gap(q.data(), gap_.data());
+  for (const int i : problem_.info().unilateral) {
+    if (start.depth[static_cast<std::size_t>(i)] > 0 && groups_.is_too_low(i, gap_[i])) return i;
+  }
+  return -1;
+}
+
+bool ElementStartSolver::settle() {
+  if (!has_groups() || settles_) return false;
+  settles_ = true;
+  return true;
+}
+
+bool ElementStartSolver::is_let_go(int contact) const {
+  return std::ranges::count(let_go_, contact) > 0;
+}
+
+bool ElementStartSolver::let_go(int contact) {
+  if (!has_groups() || contact < 0 || problem_.info().contacts[contact].is_bilateral || is_let_go(contact)) return false;
+  let_go_.push_back(contact);
+  return true;
+}
+
 ElementStartSolver::Result ElementStartSolver::begin(const LeftEnd& at) {
   const ProblemInfo& info = problem_.info();
   clear(at);
+  if (has_groups() && at.left) at.stages().q0 = at.left->q1;  // an attempt before may have moved it
   if (info.n_c() == 0) return Result::done;
   ElementStart& start = at.start;
+  groups_.begin();
   impacts_.find_touching(at.stages().q0, at.before(), start.touching);
+  if (has_groups()) gap_ = impacts_.gaps();
+  if (start.touching.empty() && has_groups()) set_depths(at);
   if (start.touching.empty() && !info.has_bilateral()) return Result::done;
   at.step.touches = at.step.touches || !start.touching.empty();
   start.failed_contact = start.touching.empty() ? info.bilateral.front() : start.touching.front();
@@ -141,9 +206,96 @@ ElementStartSolver::Result ElementStartSolver::begin(const LeftEnd& at) {
       case ImpactSequence::Result::accumulates:
         return Result::accumulates;
     }
+    if (has_groups() && !come_to_rest(at)) return Result::no_impulse;
   }
   divide_touching(at);
-  return set_modes(at, 0);
+  const Result result = set_modes(at, 0);
+  if (result != Result::done || !has_groups()) return result;
+  if (!remove_gaps(at)) return Result::no_impulse;
+  set_depths(at);
+  return Result::done;
+}
+
+/// Closes a group that is at rest. A capture stands for infinitely many impacts. False where the laws of an instant
+/// cannot be evaluated at the place where it rests.
+bool ElementStartSolver::come_to_rest(const LeftEnd& at) {
+  int& n_impacts = at.step.n_impacts[static_cast<std::size_t>(at.element)];
+  const bool closes = at.end.contact >= 0 && at.end.kind == SwitchKind::gap_closes;
+  if (n_impacts == 0 && !closes && !settles_) return true;
+  Element& stages = at.stages();
+  v_minus_ = at.v_minus();
+  // A gap that is below rounding may close without a switch.
+  const auto is_struck = [&](int i) { return !at.was_closed(i) && at.step.Lambda_n(i, at.element) > 0; };
+  const auto struck = std::ranges::find_if(at.start.touching, is_struck);
+  const int cause = closes ? at.end.contact : struck != at.start.touching.end() ? *struck : -1;
+  if (!groups_.apply({.contact = cause, .has_sunk = has_sunk(at.end), .at_once = settles_}, at.before(), v_minus_,
+                     at.start.touching, stages.q0, stages.v0)) {
+    gap_ = impacts_.gaps();
+    return true;
+  }
+  n_impacts += 2;
+  return impact_law_.prepare(stages.q0, impacts_.candidates());
+}
+
+/// Moves q0, v0 to where contacts that close have no gaps: they have sunk, or an impact at this instant closed them.
+/// Those that open again have none to close at once.
+bool ElementStartSolver::remove_gaps(const LeftEnd& at) {
+  Element& stages = at.stages();
+  const auto has_gap = [&](int i) { return std::abs(gap_[i]) > scales_.nearly_touching(i) && !at.was_closed(i); };
+  const auto closes = [&](int i) { return is_closed(stages.modes[i]) && has_gap(i); };
+  const bool moves = std::ranges::any_of(at.start.touching, closes);
+  std::erase_if(at.start.touching, [&](int i) { return !is_closed(stages.modes[i]) && gap_[i] > 0 && has_gap(i); });
+  return !moves || move_to(stages.modes, stages.q0, stages.v0);
+}
+
+/// GroupCapture::Move. Sets gap_.
+bool ElementStartSolver::move_to(std::span<const ContactMode> modes, Vector& q, Vector& v) {
+  if (!dynamics_) dynamics_ = std::make_unique<ModeDynamics>(problem_, counters_);  // most runs need none
+  const auto has_gap = [&](int i) {
+    return is_closed(modes[static_cast<std::size_t>(i)]) && std::abs(gap_[i]) > scales_.touching(i);
+  };
+  bool has_gaps = true;
+  for (int k = 0; k < kMaxMoves && has_gaps; ++k) {
+    problem_.gap(q.data(), gap_.data());
+    has_gaps = std::ranges::any_of(problem_.info().unilateral, has_gap);  // where not, v is left to be projected here
+    dynamics_->set_modes(modes, q.data(), v.data());
+    if (!dynamics_->project(q.data(), v.data())) return false;
+  }
+  return true;
+}
+
+/// Whether the switch before this instant follows the one before it at once, and changes nothing.
+bool ElementStartSolver::stands_still(const LeftEnd& at) {
+  const bool is_soon = at.left && at.left->h <= kStandstill * problem_.info().end_time;
+  standstills_next_ = is_soon ? standstills_ + 1 : 0;
+  const bool opens_or_closes = at.end.kind == SwitchKind::gap_closes || at.end.kind == SwitchKind::force_vanishes;
+  if (!is_soon || at.end.contact < 0 || !opens_or_closes) return false;
+  const bool changes =
+      at.step.n_impacts[static_cast<std::size_t>(at.element)] > 0 || at.left->modes != at.stages().modes;
+  return !changes || standstills_ >= kFewStandstills;
+}
+
+/// Which contacts may sink, and how deep. One that overlaps without having been refused has been let go while it sank.
+void ElementStartSolver::set_depths(const LeftEnd& at) {
+  at.start.depth.clear();
+  sinks_next_ = sinks_;
+  for (const int i : groups_.refused()) sinks_next_[i] = 1;
+  for (const int i : impacts_.candidates()) {
+    if (impacts_.is_left(i) || still_approaches(at, i)) sinks_next_[i] = 1;
+  }
+  for (const int i : let_go_) sinks_next_[i] = 1;
+  if (stands_still(at)) sinks_next_[at.end.contact] = 1;
+  bool sinks = false;
+  for (const int i : problem_.info().unilateral) {
+    if (is_closed(at.stages().modes[i]) || gap_[i] > scales_.nearly_touching(i)) sinks_next_[i] = 0;
+    if (!is_closed(at.stages().modes[i]) && gap_[i] < -scales_.nearly_touching(i)) sinks_next_[i] = 1;
+    sinks = sinks || sinks_next_[i] != 0;
+  }
+  if (!sinks) return;
+  at.start.depth.assign(sinks_next_.size(), 0);
+  for (const int i : problem_.info().unilateral) {
+    if (sinks_next_[i] != 0) at.start.depth[i] = groups_.level(i, gap_[i]);
+  }
 }
 
 /// Nothing touches, and no impulse acts.
@@ -151,6 +303,7 @@ void ElementStartSolver::clear(const LeftEnd& at) const {
   at.start.touching.clear();
   at.start.closed.clear();
   at.start.alternatives.clear();
+  at.start.depth.clear();
   at.start.closed_instead = 0;
   at.stages().v0 = at.v_minus();
   at.stages().closes_bounce = false;
@@ -176,15 +329,28 @@ void ElementStartSolver::divide_touching(const LeftEnd& at) {
                         after_);
   for (ContactAfterImpact& contact : after_) {
     const int i = contact.closed.contact;
+    if (impacts_.is_left(i) || is_let_go(i) || still_approaches(at, i)) continue;
     if (i == at.end.contact && at.end.on_polygon() && !contact.is_struck) set_facet(stages, at.end, contact.closed);
     if (contact.rests || !contact.separates) {
       start.closed.push_back(contact.closed);
-    } else if (!at.left || at.was_closed(i) || Lambda_n[i] > 0) {
+    } else if (!at.left || at.was_closed(i) || (Lambda_n[i] > 0 && !is_above(i))) {
       start.alternatives.push_back({i, continued_mode(contact.closed), ContactMode::open,
                                     impact_law_.normal_velocity(i, stages.v0), contact.closed.facet, 0, contact.closed,
                                     Lambda_n[i] > 0});
     }
   }
+}
+
+/// Whether a contact that an impact of a group has struck is above its surface, by no more than the capture height.
+bool ElementStartSolver::is_above(int contact) const {
+  return has_groups() && impacts_.gaps()[contact] > scales_.nearly_touching(contact);
+}
+
+/// Whether impacts that have come to their end as a group let a contact approach that parted from it: it stays open.
+bool ElementStartSolver::still_approaches(const LeftEnd& at, int contact) const {
+  return has_groups() && at.step.n_impacts[static_cast<std::size_t>(at.element)] > 1 &&
+         at.step.Lambda_n(contact, at.element) > 0 &&
+         impact_law_.normal_velocity(contact, at.stages().v0) < -scales_.no_drift(contact);
 }
 
 ElementStartSolver::Result ElementStartSolver::close_instead(const LeftEnd& at, unsigned closed_instead) {
@@ -239,13 +405,15 @@ ElementStartSolver::Result ElementStartSolver::find_forces(const LeftEnd& at) {
   const Element& stages = at.stages();
   const auto in_paradox =
       std::find_if(closed_.begin(), closed_.end(), [&](const ImpactSolver::ClosedContact& c) { return is_paradox(c); });
-  if (!closed_.empty())
-    start.failed_contact = in_paradox != closed_.end() ? in_paradox->contact : closed_.front().contact;
-  if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, start.lambda_n, start.lambda_t) != LcpStatus::solved)
-    return Result::no_forces;
+  const bool has_paradox = in_paradox != closed_.end();
+  if (!closed_.empty()) start.failed_contact = has_paradox ? in_paradox->contact : closed_.front().contact;
+  do {
+    if (impact_law_.contact_forces(stages.q0, stages.v0, closed_, start.lambda_n, start.lambda_t) != LcpStatus::solved)
+      return Result::no_forces;
+  } while (groups_.leave_wedge(closed_, start.lambda_n));
   impact_law_.decide_unloaded(stages.q0, stages.v0, closed_, start.lambda_n, start.lambda_t);
   // Where sliding pulls the contact into itself, a load that leaves it open lets it press as well.
-  if (in_paradox != closed_.end()) return Result::indeterminate;
+  if (has_paradox) return Result::indeterminate;
   for (const auto& closed : closed_)
     scales_.record_force(closed.contact,
                          impact_law_.load_size(closed.contact) / impact_law_.normal_delassus(closed.contact));

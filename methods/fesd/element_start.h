@@ -1,11 +1,14 @@
 #pragma once
 
+#include <memory>
 #include <vector>
 
 #include "methods/contact_laws/contacts_after_impact.h"
+#include "methods/contact_laws/group_capture.h"
 #include "methods/contact_laws/impact_sequence.h"
 #include "methods/contact_laws/impact_solver.h"
 #include "methods/elements/fesd_step.h"
+#include "methods/event_driven/mode_dynamics.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 
 namespace ricochet {
@@ -41,6 +44,9 @@ struct ElementStart {
   std::vector<int> from_rest;   ///< contacts that start to slip with zero slip velocity
   std::vector<int> unloaded;    ///< contacts without a load that the load of the next moment opens
   std::vector<OnEdge> on_edge;
+  /// n_c: how far below zero the gap of an open contact may fall before it closes [m], 0 except for those that may sink
+  /// (group_capture.h). Empty where none may.
+  std::vector<double> depth;
   int failed_contact = -1;  ///< the contact of a Result other than done
   bool has_forces = false;  ///< acceleration and forces right after the start are known:
   Vector acceleration, lambda_n, lambda_t;
@@ -74,6 +80,9 @@ struct LeftEnd {
 /// given, and the load decides. And if the force of a sticking contact has just reached the cone, slip begins against that
 /// force, with zero acceleration at first. Islands without a part in the start keep their forces and modes.
 ///
+/// A group of contacts that is at rest is closed (group_capture.h), and q0, v0 are moved to where it has no gap and no
+/// rate; so are q0, v0 where a contact closes that has sunk. Both in runs that have a capture height (ContactScales).
+///
 /// Alternatives: a contact that bounced may be closed instead (that is how a ball comes to rest, open question 2 of
 /// DIFFERENCES.md), and close_instead() finds the modes of the others under the load then; a contact at the boundary of the
 /// cone may stick or slip; if one contact breaks, others that the load leaves without a force may break at the same
@@ -91,6 +100,20 @@ class ElementStartSolver {
 
   /// Sets v0, modes and slip_start of the element, its impulses in the step, and the start.
   Result begin(const LeftEnd& at);
+
+  /// Starts a new run. @param captures  whether the scales have a capture height
+  void restart(bool captures);
+  /// The step that begin() has started last is accepted.
+  void accept();
+  /// A contact whose gap is too far below zero for a motion (group_capture.h), at the end q of the element that has this
+  /// start; -1: none. Only those that may sink get there.
+  int sunk(const ElementStart& start, const Vector& q);
+  /// Closes groups at rest at the start that is tried next, however few of their bounces were followed: elements for
+  /// flights of a few roundings fail. False where that has been tried.
+  bool settle();
+  /// Lets a contact open and sink at the start that is tried next, until a step is accepted: the load of the instant does
+  /// not decide about it, and no element, however short, has it open or closed. False where that is not possible.
+  bool let_go(int contact);
 
   /// Modes and forces of a start that begin() has made, with contacts that bounced closed instead. The alternatives of the
   /// start stay. @param closed_instead  set of alternatives, of contacts that bounced
@@ -117,6 +140,15 @@ class ElementStartSolver {
   void find_kept(const LeftEnd& at);
   void clear(const LeftEnd& at) const;
   void divide_touching(const LeftEnd& at);
+  bool has_groups() const { return !sinks_.empty(); }
+  bool come_to_rest(const LeftEnd& at);
+  bool remove_gaps(const LeftEnd& at);
+  bool move_to(std::span<const ContactMode> modes, Vector& q, Vector& v);
+  bool is_let_go(int contact) const;
+  bool is_above(int contact) const;
+  bool still_approaches(const LeftEnd& at, int contact) const;
+  bool stands_still(const LeftEnd& at);
+  void set_depths(const LeftEnd& at);
   Result set_modes(const LeftEnd& at, unsigned closed_instead);
   void collect_closed(const LeftEnd& at, unsigned closed_instead);
   Result find_forces(const LeftEnd& at);
@@ -133,6 +165,14 @@ class ElementStartSolver {
   ContactScales& scales_;
   ImpactSolver impact_law_;
   ImpactSequence impacts_;
+  Counters& counters_;
+  std::unique_ptr<ModeDynamics> dynamics_;  // moves groups to rest
+  GroupCapture groups_;
+  int standstills_ = 0, standstills_next_ = 0;  // elements in turn that move nothing
+  std::vector<int> let_go_;
+  bool settles_ = false;
+  Vector v_minus_, gap_;  // before and at a start
+  std::vector<char> sinks_, sinks_next_;  // n_c: open contacts that may sink; empty in runs without a capture height
   std::vector<ContactAfterImpact> after_;
   std::vector<ImpactSolver::ClosedContact> closed_;
   DisjointSets coupled_, islands_;   // of coordinates: by M and forces; by touching contacts, too

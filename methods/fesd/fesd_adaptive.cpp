@@ -24,6 +24,7 @@ constexpr double kFirstStep = 0.05;               // of end_time; the first elem
 constexpr double kHopeless = 100;          // an error that an element which ends at a switch inside will hardly lose
 constexpr double kShortest = 1e-13;        // of end_time; what time can resolve
 constexpr double kShortestOnCurve = 1e-6;  // of end_time, where shorter steps would only drift a little less
+constexpr double kFewRoundings = 1e-10;    // of end_time, of a step in which bodies that come to rest fly no higher
 constexpr int kMaxRefusals = 6;            // of a closed bounce: by then its step is a ten thousandth
 constexpr double kClosingErrors = 2;       // errors of an element that a closed bounce explains, by its velocity
 constexpr int kMaxStandstills = 100;       // steps in a row too short to move t; a few switches may coincide
@@ -57,6 +58,7 @@ class AdaptiveRun {
   bool accept(const Attempt& attempt);
   Next stop(Status status, const std::string& where, const std::string& message, FailureReason reason = {});
 
+  const ProblemInfo& info_;
   const Settings& settings_;
   const ElementError& error_;
   const double exponent_;  // of (4)
@@ -77,20 +79,19 @@ class AdaptiveRun {
 AdaptiveRun::AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
                          const FrictionConeOptions& cone, const ElementError& error, double rest_speed,
                          ReusedSolver& reused)
-    : settings_(settings),
+    : info_(problem.info()),
+      settings_(settings),
       error_(error),
       exponent_(-1.0 / (tableau.order + 1)),
       rest_speed_(rest_speed),
       T_(problem.info().end_time),
       run_(problem, tableau, settings, StepCheck::kTolerances * settings.tolerance, FesdAudit::Claims{.cone = cone},
            reused.counters()),
-      solver_(reused.start(settings.inner_tolerance)),
+      solver_(reused.start(settings.inner_tolerance, settings.tolerance)),
       moving_(problem),
       spans_(problem),
       progress_(problem.info(), kTriesPerMark, kLeastOfTries),
-      h_(kFirstStep * T_) {
-  solver_.set_motion_tolerance(settings.tolerance);
-}
+      h_(kFirstStep * T_) {}
 
 Solution AdaptiveRun::solve() {
   const std::function<bool(const Element&)> is_accurate = [&](const Element& element) {
@@ -179,6 +180,11 @@ AdaptiveRun::Next AdaptiveRun::after_failure(const Attempt& attempt, Status stat
   const double shortest = failure.drifts() ? kShortestOnCurve : kShortest;
   if (status != Status::time_limit && failure.depends_on_length() && attempt.H > shortest * T_) {
     h_ = 0.5 * attempt.H;
+    if (attempt.H < kFewRoundings * T_ && solver_.settle()) h_ = kFirstStep * T_;
+    return Next::repeat;
+  }
+  if (status != Status::time_limit && solver_.let_go()) {
+    h_ = kFirstStep * T_;
     return Next::repeat;
   }
   return stop(status, fmt::format("from t = {:.12g} s, with a step of {:.3g} s: ", t_, attempt.H),
@@ -190,6 +196,11 @@ bool AdaptiveRun::accept(const Attempt& attempt) {
   const FesdStep& step = solver_.step();
   const double next = attempt.is_last && step.H == attempt.H ? T_ : t_ + step.H;
   if (!run_.accept(step, solver_.previous_step(), t_, next)) return false;
+  if (const int contact = solver_.sunk(); contact >= 0) {
+    stop(Status::infeasible, fmt::format("from t = {:.12g} s: ", t_),
+         fmt::format("bodies pass through each other at contact '{}'", info_.contacts[contact].name));
+    return false;
+  }
   standstills_ = next > t_ ? 0 : standstills_ + 1;
   t_ = next;
   if (standstills_ <= kMaxStandstills) return true;

@@ -81,7 +81,9 @@ ForceDivision::Forces ForceDivision::forces(const Vector& q, const std::vector<C
 
 bool ForceDivision::divide(const Vector& q, const std::vector<ContactMode>& modes, Eigen::Ref<Vector> lambda_n,
                            Eigen::Ref<Vector> lambda_t) const {
-  if (can_wedge(forces(q, modes, lambda_n, lambda_t, false))) return false;
+  const Forces in_any_direction = forces(q, modes, lambda_n, lambda_t, false);
+  const bool has_friction = std::ranges::any_of(in_any_direction.cones, [](const Cone& cone) { return cone.n_t > 0; });
+  if (has_friction && can_wedge(in_any_direction)) return false;
   Forces divided = forces(q, modes, lambda_n, lambda_t, true);
   if (!reach_cones(divided.cones, divided.N, divided.x)) return false;
   for (const Cone& cone : divided.cones) {

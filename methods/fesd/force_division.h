@@ -25,7 +25,7 @@ namespace ricochet {
 ///   D x = 0,   x of (2),   sum_i x_n^i = 1,     (3)
 ///
 /// wedge the bodies: with enough of them anything sticks, and the laws leave the motion open. Then the smallest forces
-/// decide, and nothing is divided.
+/// decide, and nothing is divided. Without friction they change no motion: a row of discs that a box just holds.
 class ForceDivision {
  public:
   explicit ForceDivision(const Problem& problem) : problem_(problem) {}

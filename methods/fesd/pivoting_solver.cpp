@@ -44,10 +44,10 @@ unsigned elastic_bounces(const Alternatives& alternatives, const ProblemInfo& in
   return set;
 }
 
-/// The largest normal velocity after a bounce that the set closes, among the first kMaxCombined alternatives.
+/// The largest normal velocity after a bounce that the set closes.
 double fastest_closed(const Alternatives& alternatives, unsigned set) {
   double speed = 0;
-  for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxCombined); ++k) {
+  for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxAlternatives); ++k) {
     if (takes(set, k) && alternatives[k].bounced()) speed = std::max(speed, alternatives[k].v_n);
   }
   return speed;
@@ -97,10 +97,12 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
 void PivotingSolver::start(const Vector& q, const Vector& v) {
   scales_.restart();
   runs_.restart();
+  start_solver_.restart(captures_);
   buffers_.restart(q, v);
 }
 
 void PivotingSolver::begin_step(double H) {
+  if (step().n_elements > 0) start_solver_.accept();
   buffers_.begin_step(H, options_.n_fe);
   runs_.begin_step();
   const FesdStep& step = buffers_.step();
@@ -175,13 +177,17 @@ std::optional<PivotingSolver::ClosedBounces> PivotingSolver::solve_one_element(
   FesdStep& step = buffers_.step();
   const auto& alternatives = buffers_.start_of(0).alternatives;
   unsigned slow = 0, too_fast = 0;  // bounces that are closed first, and those whose velocity would be an error
-  for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxCombined); ++k) {
+  unsigned together = 0;            // slow ones that the load presses only if others are closed, too
+  for (std::size_t k = 0; k < std::min(alternatives.size(), captures_ ? kMaxAlternatives : kMaxCombined); ++k) {
     if (!alternatives[k].bounced()) continue;
     if (alternatives[k].v_n > rest_speed)
       too_fast |= 1U << k;
     else if (start_solver_.is_pressed(step.elements[0], alternatives[k].contact))
       slow |= 1U << k;
+    else
+      together |= 1U << k;
   }
+  if (captures_ && together != 0) slow |= pressed_together(slow | together);
   bool is_unresolved = false;  // the flight predicted is lower than positions are known
   for (unsigned trial = 0; trial < combinations(alternatives); ++trial) {
     const unsigned set = trial ^ slow;
@@ -209,6 +215,16 @@ std::optional<PivotingSolver::ClosedBounces> PivotingSolver::solve_one_element(
     return std::nullopt;
   }
   return std::nullopt;
+}
+
+/// Of a set of bounces that are closed together, those that the load presses.
+unsigned PivotingSolver::pressed_together(unsigned set) {
+  if (start_solver_.close_instead(left_end(0), set) != ElementStartSolver::Result::done) return 0;
+  const auto& alternatives = buffers_.start_of(0).alternatives;
+  for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxAlternatives); ++k) {
+    if (takes(set, k) && !is_closed(buffers_.element(0).modes[alternatives[k].contact])) set &= ~(1U << k);
+  }
+  return set;
 }
 
 /// Number of equal elements for the remaining time: what is left of N_FE, or as many as longest_ asks for. 0 when there

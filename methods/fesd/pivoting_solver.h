@@ -59,8 +59,13 @@ class PivotingSolver {
 
   /// Tolerance of Newton's method from now on, in place of Options::tolerance.
   void set_tolerance(double tolerance) { runs_.set_tolerance(tolerance); }
-  /// Tolerance of the motion, for Options::between_stages.
-  void set_motion_tolerance(double tolerance) { runs_.set_motion_tolerance(tolerance); }
+  /// Tolerance of the motion, for Options::between_stages. From the next start() on, groups of contacts come to rest
+  /// (group_capture.h), at bounces as high as the tolerance times the size of the gap.
+  void set_motion_tolerance(double tolerance) {
+    runs_.set_motion_tolerance(tolerance);
+    scales_.set_capture(tolerance);
+    captures_ = true;
+  }
   /// Starts a run at (q, v), v before an impact at this instant. It does not depend on the runs before it.
   void start(const Vector& q, const Vector& v);
 
@@ -89,6 +94,13 @@ class PivotingSolver {
   ElementStep advance_to_switch(double H, double rest_speed, const std::function<bool(const Element&)>& is_accurate);
   /// Forgets the last step, which succeeded; the next one starts where it started.
   void reject();
+
+  /// ElementStartSolver::sunk() at the end of a step of one element.
+  int sunk() { return start_solver_.sunk(buffers_.start_of(0), step().last().q1); }
+  /// After a step of one element that failed: closes groups at rest in the next one, if it has not tried that.
+  bool settle() { return start_solver_.settle(); }
+  /// After a step of one element that failed: lets the contact of its sign condition open and sink, if it may.
+  bool let_go() { return failure().announces_switch() && start_solver_.let_go(failure().violation.contact); }
 
   /// ElementLoads::shortest() of the last step.
   double shortest_load() const { return runs_.shortest_load(); }
@@ -122,6 +134,7 @@ class PivotingSolver {
   Status finish_step(bool is_solved);
   std::optional<ClosedBounces> solve_one_element(double H, double rest_speed,
                                                  const std::function<bool(const Element&)>& is_accurate);
+  unsigned pressed_together(unsigned set);
   int elements_for(int element, double remaining, int elements_left) const;
   LeftEnd left_end(int element);
   bool begin_element(int element);
@@ -147,6 +160,7 @@ class PivotingSolver {
   SearchBudget budget_;
   double longest_ = 0;           // element length that sets the number of elements; 0 when that number is fixed
   bool has_equal_runs_ = false;  // Options::equal_runs, in this search
+  bool captures_ = false;        // groups come to rest
   SearchFailures failures_;
 };
 

@@ -75,10 +75,11 @@ bool SignConditions::is_clear(const Element& stages) {
   return true;
 }
 
-Violation SignConditions::check(const Element& stages, int just_broken, std::span<const int> unloaded) {
+Violation SignConditions::check(const Element& stages, int just_broken, std::span<const int> unloaded,
+                                std::span<const double> depth) {
   Violation first;
   if (is_clear(stages)) return first;
-  check_gaps(stages, just_broken, unloaded, first);
+  check_gaps(stages, just_broken, unloaded, depth, first);
   check_forces(stages, first);
   if (problem_.info().has_friction()) check_slip(stages, first);
   return first;
@@ -99,7 +100,7 @@ double SignConditions::gap_rounding(const Element& stages, int i) {
 }
 
 void SignConditions::check_gaps(const Element& stages, int just_broken, std::span<const int> unloaded,
-                                Violation& first) {
+                                std::span<const double> depth, Violation& first) {
   problem_.gap(stages.q0.data(), left_gap_.data());
   for (int i = 0; i < problem_.n_c(); ++i) {
     // A contact that opens starts from the rounding it gathered while it was closed.
@@ -109,6 +110,10 @@ void SignConditions::check_gaps(const Element& stages, int just_broken, std::spa
   if (!unloaded.empty()) problem_.normal_jacobian(stages.q0.data(), J_n_.data());
   for (const int i : unloaded)
     allowed_gap_[i] -= ContactScales::of_positions(problem_.info().contacts[i], J_n_.data(), stages.q0);
+  for (std::size_t i = 0; i < depth.size(); ++i) {
+    double& allowed = allowed_gap_[static_cast<Eigen::Index>(i)];
+    allowed = std::min(allowed, -depth[i]);
+  }
   double left_time = 0;
   for (int j = 0; j < n_points_; ++j) {
     const bool is_stage = j < n_s_;
@@ -119,9 +124,9 @@ void SignConditions::check_gaps(const Element& stages, int just_broken, std::spa
         if (!is_stage && std::abs(gap_[i]) > scales_.nearly_touching(i) && std::abs(gap_[i]) > gap_rounding(stages, i))
           report(first, drift(i, time, gap_[i]));
       } else if (gap_[i] < allowed_gap_[i] && gap_[i] < -gap_rounding(stages, i)) {
-        const double left = std::max(left_gap_[i], 0.0);
-        report(first,
-               past(SwitchKind::gap_closes, i, left_time + (time - left_time) * left / (left - gap_[i]), gap_[i]));
+        const double zero = depth.empty() ? 0 : -depth[static_cast<std::size_t>(i)];
+        const double left = std::max(left_gap_[i] - zero, 0.0), part = left / (left - (gap_[i] - zero));
+        report(first, past(SwitchKind::gap_closes, i, left_time + (time - left_time) * part, gap_[i]));
       }
     }
     std::swap(gap_, left_gap_);

@@ -52,13 +52,16 @@ class SignConditions {
   /// @param unloaded  contacts that the load of the next moment opens: gap, velocity and acceleration start at zero, so
   /// the error of the first stages is a fraction of the gap there, however short the element. It may be negative by
   /// ContactScales::of_positions().
-  Violation check(const Element& stages, int just_broken, std::span<const int> unloaded = {});
+  /// @param depth  ElementStart::depth
+  Violation check(const Element& stages, int just_broken, std::span<const int> unloaded = {},
+                  std::span<const double> depth = {});
 
  private:
   bool is_end_stage(int j) const { return j == n_s_ - 1 && n_points_ == n_s_; }
   bool is_clear(const Element& stages);
   double gap_rounding(const Element& stages, int contact);
-  void check_gaps(const Element& stages, int just_broken, std::span<const int> unloaded, Violation& first);
+  void check_gaps(const Element& stages, int just_broken, std::span<const int> unloaded, std::span<const double> depth,
+                  Violation& first);
   void check_forces(const Element& stages, Violation& first);
   double left_impulse(const Element& stages);
   double slip_rounding(const Element& stages, int contact) const;

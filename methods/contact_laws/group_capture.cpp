@@ -1,0 +1,164 @@
+#include "methods/contact_laws/group_capture.h"
+
+#include <algorithm>
+#include <cmath>
+#include <utility>
+
+namespace ricochet {
+namespace {
+
+constexpr int kLowBounces = 16;  // of a contact, before its group is captured
+
+}  // namespace
+
+GroupCapture::GroupCapture(const Problem& problem, const ContactScales& scales, ImpactSolver& law,
+                           ImpactSequence& impacts, Move move)
+    : problem_(problem),
+      info_(problem.info()),
+      scales_(scales),
+      law_(law),
+      impacts_(impacts),
+      move_(std::move(move)),
+      held_(info_.contacts.size(), ContactMode::open),
+      low_bounces_(info_.contacts.size(), 0) {
+  for (auto* list : {&group_, &refused_}) list->reserve(held_.size());
+  closed_.reserve(held_.size());
+  lambda_n_.setZero(info_.n_c());
+  lambda_t_.setZero(info_.n_lambda_t);
+  q_before_.setZero(info_.n_q);
+  v_before_ = q_before_;
+}
+
+void GroupCapture::restart() {
+  std::ranges::fill(low_bounces_, 0);
+  begin();
+}
+
+void GroupCapture::begin() {
+  refused_.clear();
+  counted_ = -1;
+}
+
+void GroupCapture::accept() {
+  if (counted_ >= 0) low_bounces_[static_cast<std::size_t>(counted_)] = bounces_;
+  counted_ = -1;
+}
+
+/// Whether a contact is slow in the sense of group_rest.h (1).
+bool GroupCapture::is_slow(int contact, const Eigen::Ref<const Vector>& v) const {
+  return std::abs(law_.normal_velocity(contact, v)) <= low_speed_;
+}
+
+/// Whether a candidate is above its surface, or its gap changes.
+bool GroupCapture::flies(int contact, const std::vector<int>& touching, const Vector& v) const {
+  return !std::ranges::binary_search(touching, contact) ||
+         std::abs(law_.normal_velocity(contact, v)) > scales_.no_approach(contact);
+}
+
+/// Whether the contact that closes has bounced so often within its group that the rules of single contacts do not end
+/// that.
+bool GroupCapture::is_followed_enough(const Closing& cause, const Vector& v_minus) {
+  if (cause.at_once) return true;
+  if (cause.contact < 0) return false;
+  counted_ = cause.contact;
+  bounces_ = is_slow(counted_, v_minus) ? low_bounces_[static_cast<std::size_t>(counted_)] + 1 : 0;
+  const bool is_left = std::ranges::any_of(impacts_.candidates(), [&](int i) { return impacts_.is_left(i); });
+  return bounces_ > kLowBounces || is_left || cause.has_sunk;
+}
+
+/// The contacts of group_rest.h (1), in group_. False where the other rules close all of them.
+bool GroupCapture::find_group(const std::vector<int>& touching, const Vector& q, const Vector& v) {
+  group_.clear();
+  const auto& candidates = impacts_.candidates();
+  if (candidates.size() < 2 || !(scales_.capture_height(candidates.front()) > 0)) return false;
+  const auto in_flight = [&](int i) { return flies(i, touching, v); };
+  if (std::ranges::none_of(candidates, in_flight)) return false;  // before the load is evaluated
+  low_speed_ = impacts_.rest().low_speed(q, v, candidates);
+  for (const int i : candidates) {
+    if (is_slow(i, v)) group_.push_back(i);
+  }
+  return group_.size() > 1 && std::ranges::any_of(group_, in_flight);
+}
+
+/// Leaves in group_ the contacts that satisfy group_rest.h (2). False when the load has no forces.
+bool GroupCapture::drop_high_bounces(const Vector& q, const Vector& v) {
+  const auto is_high = [&](int i) {
+    const double rate = law_.normal_velocity(i, v);
+    return std::abs(rate) > scales_.no_approach(i) &&
+           rate * rate > 2 * lambda_n_[i] * law_.normal_delassus(i) * scales_.capture_height(i);
+  };
+  do {
+    closed_.clear();
+    for (const int i : group_) {
+      closed_.push_back({.contact = i});
+      if (law_.contact(i).n_t > 0) law_.set_slide(closed_.back(), v, scales_.no_slip(i));
+    }
+    if (law_.contact_forces(q, v, closed_, lambda_n_, lambda_t_) != LcpStatus::solved) return false;
+  } while (std::erase_if(group_, is_high) > 0 && !group_.empty());
+  return true;
+}
+
+bool GroupCapture::leave_wedge(std::vector<ImpactSolver::ClosedContact>& closed, const Vector& lambda_n) {
+  if (closed.size() < 2 || !(scales_.capture_height(closed.front().contact) > 0)) return false;
+  group_.clear();
+  for (const auto& contact : closed) group_.push_back(contact.contact);
+  const auto& wedge = impacts_.rest().find_wedge(group_, lambda_n);
+  refused_.insert(refused_.end(), wedge.begin(), wedge.end());
+  std::erase_if(closed, [&](const auto& contact) { return std::ranges::count(wedge, contact.contact) > 0; });
+  return !wedge.empty();
+}
+
+/// Moves (q, v) to where the group has neither gaps nor rates, with the slip of contacts that stuck.
+bool GroupCapture::move_to_rest(const std::vector<ContactMode>* before, Vector& q, Vector& v) {
+  for (std::size_t i = 0; i < held_.size(); ++i)
+    held_[i] = info_.contacts[i].is_bilateral ? ContactMode::closed : ContactMode::open;
+  for (const int i : group_)
+    held_[i] = before && (*before)[i] == ContactMode::stick ? ContactMode::stick : ContactMode::closed;
+  return move_(held_, q, v);
+}
+
+/// Adds to the group the contacts without a load that v lets approach.
+bool GroupCapture::add_approaching(const Vector& v) {
+  const std::size_t n = group_.size();
+  for (const int i : impacts_.candidates()) {
+    const bool approaches = law_.normal_velocity(i, v) < -scales_.no_approach(i);
+    if (approaches && impacts_.gaps()[i] <= scales_.nearly_touching(i) && std::ranges::count(group_, i) == 0)
+      group_.push_back(i);
+  }
+  return group_.size() > n;
+}
+
+bool GroupCapture::apply(const Closing& cause, const std::vector<ContactMode>* before, const Vector& v_minus,
+                         std::vector<int>& touching, Vector& q, Vector& v) {
+  if (!find_group(touching, q, v) || !is_followed_enough(cause, v_minus)) return false;
+  for (bool has_wedge = true; has_wedge;) {
+    if (!drop_high_bounces(q, v) || group_.size() < 2) return false;
+    const auto& wedge = impacts_.rest().find_wedge(group_, lambda_n_);
+    has_wedge = !wedge.empty();
+    refused_.insert(refused_.end(), wedge.begin(), wedge.end());
+    std::erase_if(group_, [&](int i) { return std::ranges::count(wedge, i) > 0; });
+  }
+  if (std::ranges::none_of(group_, [&](int i) { return flies(i, touching, v); })) return false;
+  q_before_ = q;
+  v_before_ = v;
+  bool is_moved = true;
+  do {
+    q = q_before_;
+    v = v_before_;
+    is_moved = move_to_rest(before, q, v);
+  } while (is_moved && add_approaching(v));
+  auto& rest = impacts_.rest();
+  if (is_moved && rest.is_explained_by_rates(group_, q_before_, v_before_, v) &&
+      rest.is_explained_by_gaps(group_, impacts_.gaps(), q_before_, q)) {
+    for (const int i : group_) {
+      if (!std::ranges::binary_search(touching, i)) impacts_.add_touching(i, touching);
+    }
+    return true;
+  }
+  q = q_before_;
+  v = v_before_;
+  refused_.insert(refused_.end(), group_.begin(), group_.end());
+  return false;
+}
+
+}  // namespace ricochet
