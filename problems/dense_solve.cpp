@@ -10,29 +10,6 @@ Vector least_squares(const Matrix& A, const Vector& b) {
   return A.completeOrthogonalDecomposition().solve(b);
 }
 
-Vector solve_semidefinite(const Matrix& A, const Vector& b, double threshold) {
-  const Eigen::LDLT<Matrix> ldlt(A);
-  const auto& L = ldlt.matrixLDLT();
-  const Vector d = ldlt.vectorD();
-  const Eigen::Index n = A.rows();
-  Eigen::Index rank = 0;  // the pivots descend
-  while (rank < n && d[rank] > threshold * d[0]) ++rank;
-  const auto L_1 = L.topLeftCorner(rank, rank).triangularView<Eigen::UnitLower>();
-  Vector x = ldlt.transpositionsP() * b;
-  L_1.solveInPlace(x.head(rank));
-  x.head(rank).array() /= d.head(rank).array();
-  L_1.transpose().solveInPlace(x.head(rank));
-  x.tail(n - rank).setZero();
-  if (rank < n) {
-    Matrix N(n, n - rank);
-    N.topRows(rank) = -L.bottomLeftCorner(n - rank, rank).transpose();
-    L_1.transpose().solveInPlace(N.topRows(rank));
-    N.bottomRows(n - rank).setIdentity();
-    x -= N * (N.transpose() * N).ldlt().solve(N.transpose() * x);
-  }
-  return ldlt.transpositionsP().transpose() * x;
-}
-
 Matrix pseudo_inverse(const Matrix& A) {
   return A.completeOrthogonalDecomposition().pseudoInverse();
 }

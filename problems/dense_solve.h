@@ -11,10 +11,6 @@ namespace ricochet {
 // three to ten seconds longer. Names differ because Eigen's expressions would match two overloads.
 
 Vector least_squares(const Matrix& A, const Vector& b);        ///< the shortest x that minimises |A x - b|
-/// The same for A symmetric and positive semidefinite and equations A x = b that are consistent, in a fifth of the time:
-/// with L D L' = A and pivots up to `threshold` of the largest one taken for zero, x = x_p - N (N' N)^-1 N' x_p, where x_p
-/// has zeros in those rows and A N = 0.
-Vector solve_semidefinite(const Matrix& A, const Vector& b, double threshold);
 Matrix pseudo_inverse(const Matrix& A);                        ///< A^+, by the same decomposition
 Matrix solve_full_pivoting(const Matrix& A, const Matrix& B);  ///< X with A X = B
 Matrix solve_partial_pivoting(const Matrix& A, const Matrix& B);

@@ -147,10 +147,27 @@ bool ModeDynamics::solve_rows(const double* a) {
   const Matrix A = scale.asDiagonal() * D_ * scale.asDiagonal();
   const Vector b = scale.cwiseProduct(lambda_.head(n)),
                size = b.cwiseAbs() + scale.cwiseProduct(rates_.head(n).cwiseAbs());
-  const Vector law = law_.head(n).cwiseQuotient(scale), left = b - A * law;
-  const Vector x = law + (rows_.is_symmetric() ? solve_semidefinite(A, left, kDependent) : least_squares(A, left));
+  const Vector law = law_.head(n).cwiseQuotient(scale);
+  Vector left = b - A * law, x = law;
+  const auto holds = [&] {
+    left.noalias() = b - A * x;
+    return left.cwiseAbs().maxCoeff() <= consistent_ * size.maxCoeff();
+  };
+  bool is_solved = false;
+  if (rows_.is_symmetric()) {
+    redundant_.factorize(A);
+    for (int refinement = 0; refinement < 2 && !is_solved; ++refinement) {
+      redundant_.apply_in_place(left);
+      x += left;
+      is_solved = holds();
+    }
+  }
+  if (!is_solved) {
+    x = law + least_squares(A, b - A * law);
+    is_solved = holds();
+  }
   lambda_.head(n) = scale.cwiseProduct(x);
-  return (A * x - b).cwiseAbs().maxCoeff() <= consistent_ * size.maxCoeff();
+  return is_solved;
 }
 
 /// a from f_.

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "methods/event_driven/mode_rows.h"
+#include "methods/linear_algebra/rank_revealing.h"
 #include "problems/problem.h"
 #include "problems/small_factors.h"
 #include "problems/solution.h"
@@ -140,6 +141,7 @@ class ModeDynamics {
   RowMatrix L_;  // (4)
   SymmetricFactors mass_;
   Matrix M_, D_;   // (3)
+  SemidefiniteInverse redundant_;
   Matrix C_, MC_;  // n_q x rows
   Vector f_, lambda_, rates_, law_;
   Vector diagonal_, row_, q_, v_;  // scratch
