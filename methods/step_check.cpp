@@ -24,7 +24,7 @@ StepCheck::StepCheck(const Problem& problem, double accuracy)
 
 /// (4)
 double StepCheck::allowed(int contact, const Vector& q, const Vector& v) {
-  problem_.normal_jacobian(q.data(), J_n_.data());
+  problem_.normal_jacobian_of({&contact, 1}, q.data(), J_n_.data());
   const auto& info = problem_.info().contacts[static_cast<std::size_t>(contact)];
   const auto sizes = 1 + q.array().abs() + problem_.info().end_time * v.array().abs();
   return accuracy_ * packed_terms(info, J_n_.data() + info.normal_begin, sizes);
@@ -32,7 +32,7 @@ double StepCheck::allowed(int contact, const Vector& q, const Vector& v) {
 
 /// The entries of J_n of a contact.
 Vector StepCheck::normal(int contact, const Vector& q) {
-  problem_.normal_jacobian(q.data(), J_n_.data());
+  problem_.normal_jacobian_of({&contact, 1}, q.data(), J_n_.data());
   const auto& info = problem_.info().contacts[static_cast<std::size_t>(contact)];
   return J_n_.segment(info.normal_begin, static_cast<Eigen::Index>(info.support.size()));
 }

@@ -66,6 +66,17 @@ bool GroupCapture::is_followed_enough(const Closing& cause, const Vector& v_minu
   return bounces_ > kLowBounces || is_left || cause.has_sunk;
 }
 
+/// Lets a contact sink that opens and closes again and again in hops that are rounding.
+void GroupCapture::leave_unsteady(const Closing& cause, const Vector& v_minus) {
+  if (cause.contact < 0 || impacts_.candidates().size() < 2) return;
+  if (std::abs(law_.normal_velocity(cause.contact, v_minus)) > scales_.no_drift(cause.contact)) return;
+  counted_ = cause.contact;
+  bounces_ = low_bounces_[static_cast<std::size_t>(counted_)] + 1;
+  if (bounces_ <= kLowBounces) return;
+  bounces_ = 0;
+  refused_.push_back(counted_);
+}
+
 /// The contacts of group_rest.h (1), in group_. False where the other rules close all of them.
 bool GroupCapture::find_group(const std::vector<int>& touching, const Vector& q, const Vector& v) {
   group_.clear();
@@ -130,7 +141,13 @@ bool GroupCapture::add_approaching(const Vector& v) {
 
 bool GroupCapture::apply(const Closing& cause, const std::vector<ContactMode>* before, const Vector& v_minus,
                          std::vector<int>& touching, Vector& q, Vector& v) {
-  if (!find_group(touching, q, v) || !is_followed_enough(cause, v_minus)) return false;
+  if (find_group(touching, q, v) && is_followed_enough(cause, v_minus) && close(before, touching, q, v)) return true;
+  leave_unsteady(cause, v_minus);
+  return false;
+}
+
+/// Closes group_ if it is at rest.
+bool GroupCapture::close(const std::vector<ContactMode>* before, std::vector<int>& touching, Vector& q, Vector& v) {
   for (bool has_wedge = true; has_wedge;) {
     if (!drop_high_bounces(q, v) || group_.size() < 2) return false;
     const auto& wedge = impacts_.rest().find_wedge(group_, lambda_n_);

@@ -66,6 +66,8 @@ class GroupCapture {
   bool flies(int contact, const std::vector<int>& touching, const Vector& v) const;
   bool find_group(const std::vector<int>& touching, const Vector& q, const Vector& v);
   bool is_followed_enough(const Closing& cause, const Vector& v_minus);
+  bool close(const std::vector<ContactMode>* before, std::vector<int>& touching, Vector& q, Vector& v);
+  void leave_unsteady(const Closing& cause, const Vector& v_minus);
   bool drop_high_bounces(const Vector& q, const Vector& v);
   bool move_to_rest(const std::vector<ContactMode>* before, Vector& q, Vector& v);
   bool add_approaching(const Vector& v);

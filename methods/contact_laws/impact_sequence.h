@@ -28,7 +28,8 @@ namespace ricochet {
 /// which is (1) once more for all of S with eps_r = 0. It takes the place of the impacts after 16 + 4 n of them at n
 /// contacts, unless v changes by more than the rates r = N' v_k explain (is_explained_by_rates(), group_rest.h): bodies
 /// then pass between others that nearly touch, and the directions that (1) holds would turn. Rates up to the low speed
-/// of group_rest.h are left as they are there.
+/// of group_rest.h are left as they are there. Impulses of a wedge (group_rest.h (4)), of one impact or of all at the
+/// instant together, are taken back: its contacts take no part.
 class ImpactSequence {
  public:
   /// All references must outlive this object. @param law  prepared by its owner, for candidates() after find_touching()

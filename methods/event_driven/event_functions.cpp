@@ -276,7 +276,10 @@ double EventFunctions::gap_rate(int contact, const Vector& v) const {
 
 double EventFunctions::at(const Function& f, double theta, const StepEnds& ends) {
   if (f.kind == SwitchKind::gap_closes) return gaps_.gap(f.contact, theta);
+  const bool is_of_forces = f.kind == SwitchKind::force_vanishes || f.kind == SwitchKind::cone_reached;
+  if (is_of_forces && theta == forces_at_) return function(f, v_.data());  // of all contacts
   ends.interpolate(theta, q_, v_);
+  forces_at_ = is_of_forces ? theta : kNowhere;
   return value({f.kind, f.contact}, q_.data(), v_.data());
 }
 
@@ -415,6 +418,7 @@ bool EventFunctions::stays_open(const Function& f, const StepEnds& ends) const {
 
 DetectedEvent EventFunctions::find(const StepEnds& ends, const std::vector<int>& beginning) {
   evaluate(ends.q1.data(), ends.v1.data());
+  forces_at_ = kNowhere;
   is_exact_ = true;
   bool is_near = false;
   for (Function& f : functions_) {
@@ -525,6 +529,7 @@ void EventFunctions::find_sampled(const StepEnds& ends, DetectedEvent& first) {
     const double theta = static_cast<double>(n) / kSamples;
     if (first && theta >= first.theta) return;
     ends.interpolate(theta, q_, v_);
+    forces_at_ = kNowhere;
     if (!dynamics_.accelerate(q_.data(), v_.data(), a_.data())) return;
     set_positions(q_.data());
     for (const Function& f : functions_) {

@@ -156,6 +156,8 @@ class EventFunctions {
   std::vector<std::size_t> load_function_;  // of functions_, by function of loads_
   Vector path_error_;
   bool is_exact_ = true;
+  static constexpr double kNowhere = -1;
+  double forces_at_ = kNowhere;  // where in the step the dynamics has its forces
   double lowest_stage_ = 2;  // c of the first stage with a negative force, above 1: none
   std::vector<char> sinks_;  // n_c
   Vector gap_, packed_n_, packed_t_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numeric>
+#include <utility>
 
 #include "problems/dense_solve.h"
 
@@ -11,6 +12,9 @@ namespace {
 
 // A pivot of D, as a part of its diagonal entry, that is rounding: of redundant contacts, not of different masses.
 constexpr double kDependent = 1e-11;
+// Refinement of the forces of redundant contacts: parts of the residual.
+constexpr double kRefined = 1e-13, kStalls = 0.25;
+constexpr int kMaxRefinements = 8;
 // Coordinates up to which P is formed.
 constexpr Eigen::Index kFewCoordinates = 16;
 // Step of difference quotients, relative to 1 + |x|: the square root of rounding.
@@ -45,7 +49,7 @@ void ModeDynamics::set_modes(std::span<const ContactMode> modes, const double* q
   ++mode_changes_;
   rows_.set_modes(modes);
   law_.setZero();
-  is_redundant_ = false;
+  is_redundant_ = has_inverse_ = false;
   if (const Eigen::Index n = rows_.size(); C_.cols() != n) {
     C_.resize(info_.n_q, n);
     MC_.resize(info_.n_q, n);
@@ -148,26 +152,48 @@ bool ModeDynamics::solve_rows(const double* a) {
   const Vector b = scale.cwiseProduct(lambda_.head(n)),
                size = b.cwiseAbs() + scale.cwiseProduct(rates_.head(n).cwiseAbs());
   const Vector law = law_.head(n).cwiseQuotient(scale);
-  Vector left = b - A * law, x = law;
-  const auto holds = [&] {
-    left.noalias() = b - A * x;
-    return left.cwiseAbs().maxCoeff() <= consistent_ * size.maxCoeff();
-  };
-  bool is_solved = false;
-  if (rows_.is_symmetric()) {
-    redundant_.factorize(A);
-    for (int refinement = 0; refinement < 2 && !is_solved; ++refinement) {
-      redundant_.apply_in_place(left);
-      x += left;
-      is_solved = holds();
-    }
-  }
+  const double allowed = consistent_ * size.maxCoeff();
+  Vector x = law;
+  bool is_solved = rows_.is_symmetric() && approach_redundant(A, b, x) <= allowed;
   if (!is_solved) {
     x = law + least_squares(A, b - A * law);
-    is_solved = holds();
+    is_solved = (b - A * x).cwiseAbs().maxCoeff() <= allowed;
   }
   lambda_.head(n) = scale.cwiseProduct(x);
   return is_solved;
+}
+
+/// From x to the nearest solution of A x = b, by refinement until it no longer makes the residual smaller. The pseudo-inverse
+/// of an earlier point is used as long as that ends where the one of that point did. @return the residual
+double ModeDynamics::approach_redundant(const Matrix& A, const Vector& b, Vector& x) {
+  const Vector start = x;
+  Vector residual = b - A * x, step(x.size());
+  const double first = residual.cwiseAbs().maxCoeff();
+  const auto refine = [&] {
+    double left = first;
+    for (int k = 0; k < kMaxRefinements; ++k) {
+      step = residual;
+      redundant_.apply_in_place(step);
+      residual.noalias() -= A * step;
+      const double next = residual.cwiseAbs().maxCoeff();
+      if (!(next < left)) break;
+      x += step;
+      const double last = std::exchange(left, next);
+      if (left > kStalls * last) break;
+    }
+    return left;
+  };
+  if (has_inverse_) {
+    const double left = refine();
+    if (left <= std::max(2 * left_by_inverse_, kRefined) * first) return left;
+    x = start;
+    residual = b - A * x;
+  }
+  redundant_.factorize(A);
+  has_inverse_ = true;
+  const double left = refine();
+  left_by_inverse_ = first > 0 ? left / first : 0;
+  return left;
 }
 
 /// a from f_.

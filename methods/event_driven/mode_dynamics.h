@@ -126,6 +126,7 @@ class ModeDynamics {
   template <class Columns>
   bool eliminate(Columns& X);
   bool solve_rows(const double* a);
+  double approach_redundant(const Matrix& A, const Vector& b, Vector& x);
 
   const Problem& problem_;
   const ProblemInfo& info_;
@@ -141,7 +142,9 @@ class ModeDynamics {
   RowMatrix L_;  // (4)
   SymmetricFactors mass_;
   Matrix M_, D_;   // (3)
-  SemidefiniteInverse redundant_;
+  SemidefiniteInverse redundant_;  // of D, scaled
+  bool has_inverse_ = false;
+  double left_by_inverse_ = 0;  // part of the residual
   Matrix C_, MC_;  // n_q x rows
   Vector f_, lambda_, rates_, law_;
   Vector diagonal_, row_, q_, v_;  // scratch
