@@ -54,6 +54,23 @@ INSTANTIATE_TEST_SUITE_P(Counts, SettledDiscs,
 
 constexpr const char* kFesd = "fesd_adaptive:radau-iia:4";
 
+/// A disc that nearly grazes another one meets it 2e-4 s after the interpolation of the step shows it; a third disc is hit
+/// in between.
+TEST(DiscsOfASeed, AreHitInTheOrderOfTime) {
+  const auto problem = make_problem("balls_in_box", {{"n", 5.0}, {"e", 0.3}, {"seed", 8.0}});
+  const Solution solution = solve(*problem, 1e-8);
+  ASSERT_TRUE(solution.succeeded()) << solution.message;
+  for (const Sample& sample : solution.samples) EXPECT_GE(problem->gap(sample.q).minCoeff(), -4e-8) << sample.t;
+}
+
+/// A disc in a cusp of inclination 7e-5 is not held by impacts every 1e-12 s, none of which alone shows a wedge.
+TEST(DiscsOfASeed, AreNotHeldByRowsOfImpacts) {
+  const auto problem = make_problem("balls_in_box", {{"n", 8.0}, {"e", 0.8}, {"seed", 4.0}});
+  const Solution solution = solve(*problem, 1e-8);
+  // 35 million when they were; 3e4 as a rule.
+  EXPECT_LT(solution.counters.complementarity_solves, 1'000'000) << solution.message;
+}
+
 class SettledDiscsOfFesd : public testing::TestWithParam<Settled> {};
 
 TEST_P(SettledDiscsOfFesd, ComeToRestWhereSmallTimeStepsLeaveThem) {
