@@ -125,8 +125,8 @@ void SignConditions::check_gaps(const Element& stages, int just_broken, std::spa
           report(first, drift(i, time, gap_[i]));
       } else if (gap_[i] < allowed_gap_[i] && gap_[i] < -gap_rounding(stages, i)) {
         const double zero = depth.empty() ? 0 : -depth[static_cast<std::size_t>(i)];
-        const double left = std::max(left_gap_[i] - zero, 0.0), part = left / (left - (gap_[i] - zero));
-        report(first, past(SwitchKind::gap_closes, i, left_time + (time - left_time) * part, gap_[i]));
+        const double left = std::max(left_gap_[i] - zero, 0.0), right = gap_[i] - zero;
+        report(first, past(SwitchKind::gap_closes, i, left_time + (time - left_time) * left / (left - right), gap_[i]));
       }
     }
     std::swap(gap_, left_gap_);
