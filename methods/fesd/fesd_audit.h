@@ -63,6 +63,7 @@ class FesdAudit {
   bool is_pinned(const View& at) const {
     return at.n > 0 && pinned_ && tableau_.right_end.size() > 0 && !at.forces_jump;
   }
+  Vector of_normals(const View& at, const Vector& momentum) const;
   static double impulse_size(const View& at, int i);
   void report(FesdCondition condition, double residual, double size, int contact);
   Vector end_velocity_residual(const Element& e, const Matrix& accelerations) const;
