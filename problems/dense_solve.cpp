@@ -22,17 +22,6 @@ Matrix solve_partial_pivoting(const Matrix& A, const Matrix& B) {
   return A.partialPivLu().solve(B);
 }
 
-Matrix solve_consistent(const Matrix& A, const Matrix& B) {
-  constexpr double kSingular = 1e-14;  // reciprocal condition number
-  const Eigen::PartialPivLU<Matrix> lu(A);
-  // A pivot of exactly zero makes 0 / 0 in the estimate of the condition, which is of no use then.
-  const bool has_pivots = (lu.matrixLU().diagonal().array() != 0).all();
-  if (has_pivots && lu.rcond() > kSingular) return lu.solve(B);
-  const Vector size = A.cwiseAbs().rowwise().maxCoeff();
-  const Vector scale = (size.array() > 0).select(size.cwiseInverse(), 1);
-  return solve_full_pivoting(scale.asDiagonal() * A, scale.asDiagonal() * B);
-}
-
 Matrix inverse_of(const Matrix& A) {
   return A.inverse();
 }

@@ -14,9 +14,6 @@ Vector least_squares(const Matrix& A, const Vector& b);        ///< the shortest
 Matrix pseudo_inverse(const Matrix& A);                        ///< A^+, by the same decomposition
 Matrix solve_full_pivoting(const Matrix& A, const Matrix& B);  ///< X with A X = B
 Matrix solve_partial_pivoting(const Matrix& A, const Matrix& B);
-/// A solution X of consistent equations A X = B, where A may be singular up to rounding. Partial pivoting is used; if A
-/// is singular, full pivoting with scaled rows.
-Matrix solve_consistent(const Matrix& A, const Matrix& B);
 
 Matrix inverse_of(const Matrix& A);   ///< A^-1, by partial pivoting
 bool is_invertible(const Matrix& A);  ///< to rounding, by full pivoting

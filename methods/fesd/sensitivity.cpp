@@ -5,14 +5,6 @@
 #include <utility>
 
 namespace ricochet {
-namespace {
-
-/// Smallest pivot of K, relative to its column, below which complete pivoting solves its equations: those of redundant
-/// contacts are singular but for rounding.
-constexpr double kSuspicious = 1e-10;
-
-}  // namespace
-
 Sensitivity::Sensitivity(VariedProblem varied, const ButcherTableau& tableau)
     : varied_(std::move(varied)),
       point_(varied_),
@@ -345,22 +337,8 @@ void Sensitivity::solve(const MatrixMap& K, MatrixMap& R) {
     ++n_factorisations_;
     factors.K = K;
     factors.lu.factorize(factors.K);
-    factors.is_singular = !(factors.lu.smallest_pivot() > kSuspicious);
-    if (factors.is_singular) {
-      factors.scale = K.cwiseAbs().rowwise().maxCoeff();
-      factors.scale = (factors.scale.array() > 0).select(factors.scale.cwiseInverse(), 1);
-      const ScratchPool::Frame frame(point_.pool());
-      MatrixMap scaled = point_.pool().matrix(K.rows(), K.cols());
-      scaled = factors.scale.asDiagonal() * K;
-      factors.complete.factorize(scaled);
-    }
   }
-  if (!factors.is_singular) {
-    factors.lu.solve_in_place(R.data(), static_cast<int>(R.cols()));
-    return;
-  }
-  R.array().colwise() *= factors.scale.array();
-  factors.complete.solve_in_place(R);
+  factors.lu.solve_in_place(R);
 }
 
 /// (1)-(3)

@@ -6,7 +6,6 @@
 
 #include "methods/elements/fesd_step.h"
 #include "methods/linear_algebra/rank_revealing.h"
-#include "methods/linear_algebra/small_lu.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 #include "methods/variations/point_variation.h"
 
@@ -155,13 +154,10 @@ class Sensitivity {
   Numbering numbering_;  // of the element at hand
   std::vector<Friction> laws_;
   SemidefiniteInverse delassus_;
-  /// Of the last matrix of its size.
+  /// A matrix and its factorisation, until another matrix of the same size takes their place.
   struct Factors {
     Matrix K;
-    SmallLu lu;
-    bool is_singular = false;
-    Vector scale;  // of the rows of a singular one
-    CompletePivotingLu complete;
+    ConsistentLu lu;
   };
   std::vector<std::unique_ptr<Factors>> factors_;  // by size
   long n_factorisations_ = 0;

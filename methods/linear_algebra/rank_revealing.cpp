@@ -11,6 +11,9 @@ constexpr double kRounding = std::numeric_limits<double>::epsilon();
 /// A diagonal entry of which elimination leaves a smaller part depends on the others: some thousand roundings, since a
 /// pivot is a difference of sums of products.
 constexpr double kDependent = 1e-12;
+/// Smallest pivot of SmallLu, relative to its column, up to which complete pivoting takes its place: the equations of
+/// redundant contacts are singular but for rounding.
+constexpr double kSuspicious = 1e-10;
 
 void make_room(std::vector<double>& values, Eigen::Index size) {
   if (static_cast<Eigen::Index>(values.size()) < size) values.resize(static_cast<std::size_t>(size));
@@ -92,6 +95,22 @@ void CompletePivotingLu::solve_in_place(Eigen::Ref<Matrix> B) {
     }
     for (Eigen::Index k = n_ - 1; k >= 0; --k) std::swap(x[k], x[columns_[static_cast<std::size_t>(k)]]);
   }
+}
+
+void ConsistentLu::factorize(const Matrix& A) {
+  lu_.factorize(A);
+  is_singular_ = !(lu_.smallest_pivot() > kSuspicious);
+  if (!is_singular_) return;
+  scale_ = A.cwiseAbs().rowwise().maxCoeff();
+  scale_ = (scale_.array() > 0).select(scale_.cwiseInverse(), 1);
+  scaled_ = scale_.asDiagonal() * A;
+  complete_.factorize(scaled_);
+}
+
+void ConsistentLu::solve_in_place(Eigen::Map<Matrix> B) {
+  if (!is_singular_) return lu_.solve_in_place(B.data(), static_cast<int>(B.cols()));
+  B.array().colwise() *= scale_.array();
+  complete_.solve_in_place(B);
 }
 
 void SemidefiniteInverse::factorize(const Eigen::Ref<const Matrix>& A) {

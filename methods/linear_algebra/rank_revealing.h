@@ -2,6 +2,7 @@
 
 #include <vector>
 
+#include "methods/linear_algebra/small_lu.h"
 #include "problems/problem.h"
 
 namespace ricochet {
@@ -27,6 +28,22 @@ class CompletePivotingLu {
   bool is_finite_ = true;
   std::vector<double> lu_, x_;
   std::vector<Eigen::Index> rows_, columns_;  // exchanged with row and column k
+};
+
+/// Solutions of consistent equations A X = B, where A may be singular up to rounding: by SmallLu, and where a pivot of
+/// that is as good as zero, by CompletePivotingLu of A with rows of one size. No allocation when the size stays the same.
+class ConsistentLu {
+ public:
+  void factorize(const Matrix& A);
+  /// Replaces B by a solution X of A X = B.
+  void solve_in_place(Eigen::Map<Matrix> B);
+
+ private:
+  SmallLu lu_;
+  bool is_singular_ = false;
+  Vector scale_;  // of the rows of a singular A
+  Matrix scaled_;
+  CompletePivotingLu complete_;
 };
 
 /// Pseudo-inverse of a small symmetric positive semidefinite matrix, such as a Delassus matrix of redundant contacts, by

@@ -33,7 +33,8 @@ TEST(CompletePivotingLu, FindsSomeSolutionOfConsistentEquations) {
   std::mt19937 random(2);
   CompletePivotingLu lu;
   for (const Eigen::Index rank : {0, 1, 4}) {
-    const Matrix A = random_matrix(6, rank, random) * random_matrix(rank, 6, random), B = A * random_matrix(6, 3, random);
+    const Matrix A = random_matrix(6, rank, random) * random_matrix(rank, 6, random),
+                 B = A * random_matrix(6, 3, random);
     lu.factorize(A);
     EXPECT_EQ(lu.rank(), rank);
     Matrix X = B;
@@ -61,6 +62,40 @@ TEST(CompletePivotingLu, PassesNanOn) {
   lu.factorize(A);
   lu.solve_in_place(B);
   EXPECT_TRUE(B.array().isNaN().all());
+}
+
+Matrix solve_consistent(const Matrix& A, Matrix B) {
+  ConsistentLu lu;
+  lu.factorize(A);
+  lu.solve_in_place({B.data(), B.rows(), B.cols()});
+  return B;
+}
+
+// x_1 + x_2 is determined, x_1 and x_2 are not; the third row has the size of a step of 1e-9 s, and its own unknown.
+TEST(ConsistentLu, FindsSomeSolutionOfASingularSystem) {
+  const Matrix A{{1, 1, 0, 2}, {3, 3, 0, 1}, {0, 0, 1e-18, 0}, {2, 2, 0, 3}}, X{{1}, {2}, {3}, {4}}, B = A * X;
+  const Matrix found = solve_consistent(A, B);
+  EXPECT_NEAR(found(0, 0) + found(1, 0), 3, 1e-14);
+  EXPECT_NEAR(found(2, 0), 3, 1e-14);
+  EXPECT_NEAR(found(3, 0), 4, 1e-14);
+  EXPECT_LE(found.cwiseAbs().maxCoeff(), 100) << "nothing of what is free is amplified";
+}
+
+// Two equal rows leave a pivot of exactly zero, and 0 / 0 in the estimate of the condition.
+TEST(ConsistentLu, FindsSomeSolutionWhereAPivotVanishes) {
+  const Matrix A{{1, 0, 0, 1, 0}, {0, 1, 0, -1, 0}, {0, 0, 1, 0, 1}, {1, 1, 0, 0, 0}, {1, 1, 0, 0, 0}},
+      X{{1, 0}, {2, 0}, {3, 1}, {4, 0}, {5, 0}}, B = A * X;
+  const Matrix found = solve_consistent(A, B);
+  EXPECT_LE((A * found - B).cwiseAbs().maxCoeff(), 1e-14);
+}
+
+TEST(ConsistentLu, TakesPartialPivotingWhereThatIsEnough) {
+  const Matrix A{{2, 1}, {1, 3}}, B{{1}, {2}};
+  SmallLu lu;
+  lu.factorize(A);
+  Matrix expected = B;
+  lu.solve_in_place(expected.data());
+  EXPECT_EQ(solve_consistent(A, B), expected);
 }
 
 TEST(SemidefiniteInverse, IsThePseudoInverse) {
