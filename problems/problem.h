@@ -249,13 +249,11 @@ class Problem {
     gap_acceleration_bias(q, v, b);
   }
   /// J_n of these `contacts`, likewise.
-  virtual void normal_jacobian_of([[maybe_unused]] std::span<const int> contacts, const double* q,
-                                  double* J_n) const {
+  virtual void normal_jacobian_of([[maybe_unused]] std::span<const int> contacts, const double* q, double* J_n) const {
     normal_jacobian(q, J_n);
   }
   /// J_t of these `contacts`, likewise.
-  virtual void tangent_jacobian_of([[maybe_unused]] std::span<const int> contacts, const double* q,
-                                   double* J_t) const {
+  virtual void tangent_jacobian_of([[maybe_unused]] std::span<const int> contacts, const double* q, double* J_t) const {
     tangent_jacobian(q, J_t);
   }
   virtual double potential_energy(const double* q) const = 0;  ///< [J]; 0 unless structure.has_potential
@@ -282,8 +280,9 @@ class Problem {
   virtual void gap_bias_bounds([[maybe_unused]] std::span<const int> contacts, [[maybe_unused]] const Interval* q,
                                [[maybe_unused]] const Interval* v, [[maybe_unused]] Interval* b) const {}
   /// T: bounds of slip_velocity_derivative() over q and v, of these `contacts`.
-  virtual void slip_derivative_bounds([[maybe_unused]] std::span<const int> contacts, [[maybe_unused]] const Interval* q,
-                                      [[maybe_unused]] const Interval* v, [[maybe_unused]] Interval* T) const {}
+  virtual void slip_derivative_bounds([[maybe_unused]] std::span<const int> contacts,
+                                      [[maybe_unused]] const Interval* q, [[maybe_unused]] const Interval* v,
+                                      [[maybe_unused]] Interval* T) const {}
 
   /// psi: bounds of switching() over q and v.
   virtual void switching_bounds([[maybe_unused]] const Interval* q, [[maybe_unused]] const Interval* v,

@@ -141,11 +141,11 @@ class ModeDynamics {
   Matrix P_;
   RowMatrix L_;  // (4)
   SymmetricFactors mass_;
-  Matrix M_, D_;   // (3)
+  Matrix M_, D_;                   // (3)
   SemidefiniteInverse redundant_;  // of D, scaled
   bool has_inverse_ = false;
   double left_by_inverse_ = 0;  // part of the residual
-  Matrix C_, MC_;  // n_q x rows
+  Matrix C_, MC_;               // n_q x rows
   Vector f_, lambda_, rates_, law_;
   Vector diagonal_, row_, q_, v_;  // scratch
 };

@@ -89,7 +89,8 @@ void AssembledProblem::tangent_bounds(std::span<const int> contacts, const Inter
   for (const int i : contacts) copies_[i].kind->tangent_bounds(copies_[i].number, q, J_t);
 }
 
-void AssembledProblem::gap_bias_bounds(std::span<const int> contacts, const Interval* q, const Interval* v, Interval* b) const {
+void AssembledProblem::gap_bias_bounds(std::span<const int> contacts, const Interval* q, const Interval* v,
+                                       Interval* b) const {
   for (const int i : contacts) copies_[i].kind->gap_bias_bounds(copies_[i].number, q, v, b);
 }
 

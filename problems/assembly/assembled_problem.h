@@ -71,7 +71,8 @@ class AssembledProblem : public Problem {
   void normal_bounds(std::span<const int> contacts, const Interval* q, Interval* J_n) const override;
   void tangent_bounds(std::span<const int> contacts, const Interval* q, Interval* J_t) const override;
   void gap_bias_bounds(std::span<const int> contacts, const Interval* q, const Interval* v, Interval* b) const override;
-  void slip_derivative_bounds(std::span<const int> contacts, const Interval* q, const Interval* v, Interval* T) const override;
+  void slip_derivative_bounds(std::span<const int> contacts, const Interval* q, const Interval* v,
+                              Interval* T) const override;
   double potential_energy(const double* q) const override;
   void force_jacobians(const double* q, const double* v, const double* u, double* f_q, double* f_v) const override;
   void mass_derivative(const double* q, const double* a, double* Ma_q) const override;

@@ -147,8 +147,7 @@ class CopiesOf final : public ContactCopies {
     std::array<Interval, 2 * n> block;
     local_.slip_derivative_bounds({}, gather(place, q).data(), gather(place, v).data(), block.data());
     for (int k = 0; k < n; ++k) {
-      for (int d = 0; d < n_t; ++d)
-        T[place.coordinates[k] * n_lambda_t + place.tangent_index + d] = block[k * n_t + d];
+      for (int d = 0; d < n_t; ++d) T[place.coordinates[k] * n_lambda_t + place.tangent_index + d] = block[k * n_t + d];
     }
   }
   void contact_force_derivative(const double* q, const double* lambda_n, const double* lambda_t, int n_q,

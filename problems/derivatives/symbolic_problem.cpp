@@ -537,7 +537,8 @@ void SymbolicProblem::gap_bias_bounds(std::span<const int>, const Interval* q, c
   gap_bias_.evaluate({q, v}, b);
 }
 
-void SymbolicProblem::slip_derivative_bounds(std::span<const int>, const Interval* q, const Interval* v, Interval* T) const {
+void SymbolicProblem::slip_derivative_bounds(std::span<const int>, const Interval* q, const Interval* v,
+                                             Interval* T) const {
   slip_q_.evaluate({q, v}, T);
 }
 

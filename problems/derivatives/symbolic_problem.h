@@ -132,7 +132,8 @@ class SymbolicProblem : public Problem {
   void normal_bounds(std::span<const int> contacts, const Interval* q, Interval* J_n) const override;
   void tangent_bounds(std::span<const int> contacts, const Interval* q, Interval* J_t) const override;
   void gap_bias_bounds(std::span<const int> contacts, const Interval* q, const Interval* v, Interval* b) const override;
-  void slip_derivative_bounds(std::span<const int> contacts, const Interval* q, const Interval* v, Interval* T) const override;
+  void slip_derivative_bounds(std::span<const int> contacts, const Interval* q, const Interval* v,
+                              Interval* T) const override;
 
   void switching_bounds(const Interval* q, const Interval* v, Interval* psi) const override;
 
