@@ -13,8 +13,7 @@ constexpr int kLowBounces = 16;  // of a contact, before its group is captured
 
 GroupCapture::GroupCapture(const Problem& problem, const ContactScales& scales, ImpactSolver& law,
                            ImpactSequence& impacts, Move move)
-    : problem_(problem),
-      info_(problem.info()),
+    : info_(problem.info()),
       scales_(scales),
       law_(law),
       impacts_(impacts),
@@ -117,6 +116,12 @@ bool GroupCapture::leave_wedge(std::vector<ImpactSolver::ClosedContact>& closed,
   refused_.insert(refused_.end(), wedge.begin(), wedge.end());
   std::erase_if(closed, [&](const auto& contact) { return std::ranges::count(wedge, contact.contact) > 0; });
   return !wedge.empty();
+}
+
+void GroupCapture::add_left() {
+  for (const int i : impacts_.candidates()) {
+    if (impacts_.is_left(i)) refused_.push_back(i);
+  }
 }
 
 /// Moves (q, v) to where the group has neither gaps nor rates, with the slip of contacts that stuck.

@@ -16,8 +16,8 @@ namespace ricochet {
 /// that have sunk, need no more bounces.
 ///
 /// A group that is not at rest is refused, and its contacts may sink: such an open contact closes where its gap has
-/// fallen by capture_height() below zero, or below its gap if that is negative. A gap of -4 capture_height() is no motion
-/// of the scene.
+/// fallen by capture_height() below zero, or below its gap if that is negative. GroupRest::is_too_low() ends the
+/// run.
 class GroupCapture {
  public:
   /// Moves (q, v) to where the closed contacts have neither gaps nor rates, and sticking ones no slip. False when that
@@ -51,17 +51,15 @@ class GroupCapture {
 
   /// Contacts that may sink since the last begin().
   const std::vector<int>& refused() const { return refused_; }
+  /// After the other contacts are closed: adds those that the impacts have left to refused().
+  void add_left();
   /// Before an instant.
   void begin();
 
   /// Gap below zero at which an open contact that may sink closes [m]. @param gap  where the step begins
   double level(int contact, double gap) const { return scales_.capture_height(contact) - std::min(gap, 0.0); }
-  /// Whether a gap is too far below zero.
-  bool is_too_low(int contact, double gap) const { return gap < -kSunk * scales_.capture_height(contact); }
 
  private:
-  static constexpr double kSunk = 4;
-
   bool is_slow(int contact, const Eigen::Ref<const Vector>& v) const;
   bool flies(int contact, const std::vector<int>& touching, const Vector& v) const;
   bool find_group(const std::vector<int>& touching, const Vector& q, const Vector& v);
@@ -72,7 +70,6 @@ class GroupCapture {
   bool move_to_rest(const std::vector<ContactMode>* before, Vector& q, Vector& v);
   bool add_approaching(const Vector& v);
 
-  const Problem& problem_;
   const ProblemInfo& info_;
   const ContactScales& scales_;
   ImpactSolver& law_;
@@ -81,7 +78,7 @@ class GroupCapture {
   std::vector<int> group_, refused_;
   double low_speed_ = 0;  // of group_
   std::vector<ContactMode> held_;
-  std::vector<int> low_bounces_;  // n_c
+  std::vector<int> low_bounces_;    // n_c
   int counted_ = -1, bounces_ = 0;  // of the last apply()
   std::vector<ImpactSolver::ClosedContact> closed_;
   Vector lambda_n_, lambda_t_;

@@ -36,6 +36,11 @@ class GroupRest {
   /// All references must outlive this object. @param law  prepared by its owner
   GroupRest(const Problem& problem, const ContactScales& scales, ImpactSolver& law);
 
+  /// Whether a gap is so far below zero that this is no motion of the scene: open contacts may sink by capture_height(), some
+  /// by a few of them.
+  static bool is_too_low(const ContactScales& scales, int contact, double gap) {
+    return gap < -kSunk * scales.capture_height(contact);
+  }
   /// v_low of (1) [m/s]; 0 where nothing is captured. @param contacts  those that may be captured
   double low_speed(const Vector& q, const Eigen::Ref<const Vector>& v, std::span<const int> contacts);
   /// (3) for a velocity that an impact of the group changes from v to v_plus.
@@ -47,6 +52,8 @@ class GroupRest {
   bool is_explained_by_gaps(std::span<const int> group, const Vector& gap, const Vector& q, const Vector& q_moved);
 
  private:
+  static constexpr double kSunk = 4;
+
   double energy(const Vector& q);
   bool is_explained(double energy, double of_group, std::size_t n) const;
 

@@ -5,6 +5,7 @@
 #include <limits>
 
 #include "methods/contact_laws/falling_zero.h"
+#include "methods/contact_laws/group_rest.h"
 #include "problems/packed_column.h"
 
 namespace ricochet {
@@ -19,10 +20,13 @@ constexpr double kNoForce = 1e-8;      // of a force that is as good as none whe
 constexpr double kOfOthers = 1e-6;     // of the largest force: what redundant contacts without a load may have
 constexpr int kSamples = 16;           // of functions without bounds, in a step
 constexpr double kHop = 0.01;          // heights by which it rises in a hop
-constexpr double kSunk = 4;            // heights by which a contact may sink
 constexpr int kMaxHalvings = 50;       // in search of a point after a zero at the left end
 // Speed of slip in space that is left to the run, over the root of the tolerance and the size of slip.
 constexpr double kStop = 0.03;
+
+bool is_of_forces(SwitchKind kind) {
+  return kind == SwitchKind::force_vanishes || kind == SwitchKind::cone_reached;
+}
 
 /// Locates the zero of a function between two points, where it falls or rises, by the Illinois method.
 struct Bracket {
@@ -204,9 +208,8 @@ int EventFunctions::contradicted() const {
   double largest = 0;  // of all forces: a contact without a load has their rounding
   for (const int i : dynamics_.closed()) largest = std::max({largest, scales_.force(i), dynamics_.normal_force(i)});
   for (const Function& f : functions_) {
-    const bool is_of_forces = f.kind == SwitchKind::force_vanishes || f.kind == SwitchKind::cone_reached;
     const double allowed = std::max(kContradicts * scales_.force(f.contact), kOfOthers * largest);
-    if (is_of_forces && f.left < -allowed) return f.contact;
+    if (is_of_forces(f.kind) && f.left < -allowed) return f.contact;
   }
   return -1;
 }
@@ -263,7 +266,7 @@ void EventFunctions::advance(const Vector& v) {
 void EventFunctions::record_stage(double c) {
   if (lowest_stage_ <= 1) return;
   for (const Function& f : functions_) {
-    if (f.kind != SwitchKind::force_vanishes && f.kind != SwitchKind::cone_reached) continue;
+    if (!is_of_forces(f.kind)) continue;
     if (function(f, nullptr) < 0) lowest_stage_ = std::min(lowest_stage_, c);
   }
 }
@@ -276,10 +279,9 @@ double EventFunctions::gap_rate(int contact, const Vector& v) const {
 
 double EventFunctions::at(const Function& f, double theta, const StepEnds& ends) {
   if (f.kind == SwitchKind::gap_closes) return gaps_.gap(f.contact, theta);
-  const bool is_of_forces = f.kind == SwitchKind::force_vanishes || f.kind == SwitchKind::cone_reached;
-  if (is_of_forces && theta == forces_at_) return function(f, v_.data());  // of all contacts
+  if (is_of_forces(f.kind) && theta == forces_at_) return function(f, v_.data());  // of all contacts
   ends.interpolate(theta, q_, v_);
-  forces_at_ = is_of_forces ? theta : kNowhere;
+  forces_at_ = is_of_forces(f.kind) ? theta : kNowhere;
   return value({f.kind, f.contact}, q_.data(), v_.data());
 }
 
@@ -401,7 +403,7 @@ int EventFunctions::sunk(const double* q) {
   for (const Function& f : functions_) {
     if (f.kind != SwitchKind::gap_closes || !sinks_[f.contact]) continue;
     problem_.gap_of({&f.contact, 1}, q, gap_.data());
-    if (gap_[f.contact] < -kSunk * scales_.capture_height(f.contact)) return f.contact;
+    if (GroupRest::is_too_low(scales_, f.contact, gap_[f.contact])) return f.contact;
   }
   return -1;
 }
@@ -450,8 +452,7 @@ DetectedEvent EventFunctions::find(const StepEnds& ends, const std::vector<int>&
   }
   if (lowest_stage_ <= 1) {
     for (const Function& f : functions_) {
-      if (f.from_zero || f.right < 0 || (f.kind != SwitchKind::force_vanishes && f.kind != SwitchKind::cone_reached))
-        continue;
+      if (f.from_zero || f.right < 0 || !is_of_forces(f.kind)) continue;
       const double value = at(f, lowest_stage_, ends);
       if (value < -rounding(f)) search(f, 0, f.left, lowest_stage_, value, ends, first);
     }

@@ -158,8 +158,8 @@ class EventFunctions {
   bool is_exact_ = true;
   static constexpr double kNowhere = -1;
   double forces_at_ = kNowhere;  // where in the step the dynamics has its forces
-  double lowest_stage_ = 2;  // c of the first stage with a negative force, above 1: none
-  std::vector<char> sinks_;  // n_c
+  double lowest_stage_ = 2;      // c of the first stage with a negative force, above 1: none
+  std::vector<char> sinks_;      // n_c
   Vector gap_, packed_n_, packed_t_;
   Vector direction_, v_stop_;  // n_lambda_t, n_c
   Vector q_, v_, a_;

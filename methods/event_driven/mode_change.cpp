@@ -13,7 +13,7 @@ namespace {
 
 // Roundings of a gap that a flight has to rise: a zero of the gap is looked for from one on.
 constexpr double kLow = 4;
-constexpr double kSoon = 1e-8;   // of the end time, of a difference of accelerations
+constexpr double kSoon = 1e-8;  // of the end time, of a difference of accelerations
 
 }  // namespace
 
@@ -30,7 +30,7 @@ ModeChange::ModeChange(const Problem& problem, ContactScales& scales, ModeDynami
                return dynamics_.project(q.data(), v.data());
              }),
       modes_(problem.info().contacts.size(), ContactMode::open) {
-  for (auto* list : {&touching_, &beginning_, &refused_}) list->reserve(modes_.size());
+  for (auto* list : {&touching_, &beginning_}) list->reserve(modes_.size());
   after_.reserve(modes_.size());
   closed_.reserve(modes_.size());
   Lambda_n_.setZero(info_.n_c());
@@ -103,7 +103,7 @@ ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::ve
   const std::vector<ContactMode>* before = modes ? &modes_ : nullptr;
   Lambda_n_.setZero();
   Lambda_t_.setZero();
-  for (auto* list : {&touching_, &refused_}) list->clear();
+  touching_.clear();
   impacts_.find_touching(q, before, touching_);
   if (cause && cause.kind == SwitchKind::gap_closes) impacts_.add_touching(cause.contact, touching_);
   v_minus_ = v;
@@ -140,10 +140,7 @@ ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::ve
     group_.accept();
   }
   outcome = close(cause, before, outcome, q, v, stopped);
-  refused_ = group_.refused();
-  for (const int i : impacts_.candidates()) {
-    if (impacts_.is_left(i)) refused_.push_back(i);
-  }
+  group_.add_left();
   return outcome;
 }
 

@@ -48,7 +48,7 @@ class ModeChange {
                  const std::vector<int>& stopped);
 
   /// Open contacts that may sink before they close again (group_capture.h).
-  const std::vector<int>& refused() const { return refused_; }
+  const std::vector<int>& refused() const { return group_.refused(); }
   /// See ImpactSequence.
   void keep_impacts(std::vector<ImpactSequence::Impact>* impacts) { impacts_.keep_impacts(impacts); }
 
@@ -75,7 +75,7 @@ class ModeChange {
   ImpactSolver law_;
   ImpactSequence impacts_;
   GroupCapture group_;
-  std::vector<int> touching_, beginning_, refused_;
+  std::vector<int> touching_, beginning_;
   std::vector<ContactMode> modes_;
   std::vector<ContactAfterImpact> after_;
   std::vector<ImpactSolver::ClosedContact> closed_;

@@ -155,7 +155,7 @@ int ElementStartSolver::sunk(const ElementStart& start, const Vector& q) {
   if (start.depth.empty()) return -1;
   problem_.gap(q.data(), gap_.data());
   for (const int i : problem_.info().unilateral) {
-    if (start.depth[static_cast<std::size_t>(i)] > 0 && groups_.is_too_low(i, gap_[i])) return i;
+    if (start.depth[static_cast<std::size_t>(i)] > 0 && GroupRest::is_too_low(scales_, i, gap_[i])) return i;
   }
   return -1;
 }
@@ -171,7 +171,8 @@ bool ElementStartSolver::is_let_go(int contact) const {
 }
 
 bool ElementStartSolver::let_go(int contact) {
-  if (!has_groups() || contact < 0 || problem_.info().contacts[contact].is_bilateral || is_let_go(contact)) return false;
+  if (!has_groups() || contact < 0 || problem_.info().contacts[contact].is_bilateral || is_let_go(contact))
+    return false;
   let_go_.push_back(contact);
   return true;
 }
@@ -279,9 +280,10 @@ bool ElementStartSolver::stands_still(const LeftEnd& at) {
 void ElementStartSolver::set_depths(const LeftEnd& at) {
   at.start.depth.clear();
   sinks_next_ = sinks_;
+  groups_.add_left();
   for (const int i : groups_.refused()) sinks_next_[i] = 1;
   for (const int i : impacts_.candidates()) {
-    if (impacts_.is_left(i) || still_approaches(at, i)) sinks_next_[i] = 1;
+    if (still_approaches(at, i)) sinks_next_[i] = 1;
   }
   for (const int i : let_go_) sinks_next_[i] = 1;
   if (stands_still(at)) sinks_next_[at.end.contact] = 1;

@@ -171,7 +171,7 @@ class ElementStartSolver {
   int standstills_ = 0, standstills_next_ = 0;  // elements in turn that move nothing
   std::vector<int> let_go_;
   bool settles_ = false;
-  Vector v_minus_, gap_;  // before and at a start
+  Vector v_minus_, gap_;                  // before and at a start
   std::vector<char> sinks_, sinks_next_;  // n_c: open contacts that may sink; empty in runs without a capture height
   std::vector<ContactAfterImpact> after_;
   std::vector<ImpactSolver::ClosedContact> closed_;

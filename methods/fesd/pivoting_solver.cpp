@@ -217,7 +217,7 @@ std::optional<PivotingSolver::ClosedBounces> PivotingSolver::solve_one_element(
   return std::nullopt;
 }
 
-/// Of a set of bounces that are closed together, those that the load presses.
+/// The bounces of a set that the load presses when all of them are closed.
 unsigned PivotingSolver::pressed_together(unsigned set) {
   if (start_solver_.close_instead(left_end(0), set) != ElementStartSolver::Result::done) return 0;
   const auto& alternatives = buffers_.start_of(0).alternatives;
