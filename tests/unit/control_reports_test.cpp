@@ -1,4 +1,5 @@
 // What becomes of results of optimal control: rows, tables, drawings.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 #include <unistd.h>
 
@@ -316,6 +317,21 @@ TEST(ControlComparisons, SeedsHaveRatiosAndGoals) {
   EXPECT_EQ(cell_of(table, "discs", "median CPU time", "reached"), "0.05") << "0.1 of 2";
   EXPECT_EQ(cell_of(table, "discs", "median CPU time", "kept"), "no");
   EXPECT_EQ(cell_of(seed_table(runs), "discs", "shooting", "stationary"), "B 2, B up to an edge 1, not B 1");
+}
+
+TEST(ControlComparisons, FiguresNameMethodAndLinearSolver) {
+  std::vector<SeedRun> runs(3);
+  for (SeedRun& run : runs) run.problem = "discs";
+  runs[0].method = runs[1].method = "homotopy";
+  runs[0].linear_solver = "mumps";
+  runs[1].linear_solver = "ldl";
+  runs[2].method = "shooting";
+  for (std::size_t k = 0; k < runs.size(); ++k) runs[k].arguments = fmt::format("--noise 0.{}", k);
+  const auto groups = seed_groups(runs);
+  EXPECT_EQ(solver_name(groups[0], groups), "homotopy, mumps");
+  EXPECT_EQ(solver_name(groups[2], groups), "shooting");
+  runs[1].linear_solver = "mumps";
+  EXPECT_EQ(solver_name(groups[0], groups), "homotopy, mumps --noise 0.0") << "two groups of one name";
 }
 
 TEST(ControlComparisons, LinearSolversHaveTimesPerIteration) {

@@ -108,9 +108,10 @@ void add_profiles(const std::vector<SeedRun>& runs, const std::string& prefix, S
     std::vector<std::vector<double>> times;
     unsigned n_seeds = 0;
     for (const SeedRun& run : runs) n_seeds = run.problem == problem ? std::max(n_seeds, run.seed) : n_seeds;
-    for (const auto& group : seed_groups(runs)) {
+    const auto groups = seed_groups(runs);
+    for (const auto& group : groups) {
       if (group.front()->problem != problem) continue;
-      solvers.push_back(group.front()->arguments.empty() ? "as it is" : group.front()->arguments);
+      solvers.push_back(solver_name(group, groups));
       auto& of_group = times.emplace_back(n_seeds, HUGE_VAL);
       for (const SeedRun* run : group) {
         if (run->succeeded() && run->seed > 0) of_group[run->seed - 1] = run->cpu_seconds;

@@ -20,7 +20,7 @@ Chart seed_chart(const std::vector<SeedRun>& runs, const std::string& name) {
       .width = 360};
   for (const auto& group : groups) {
     Chart::Panel& panel =
-        chart.panels.emplace_back(Chart::Panel{.title = group.front()->problem + "\n" + group.front()->arguments,
+        chart.panels.emplace_back(Chart::Panel{.title = group.front()->problem + "\n" + solver_name(group, groups),
                                                .x = {.label = is_timed ? "CPU time [s]" : "iterations", .from = 0},
                                                .y = {.label = "cost"}});
     Chart::Points stationary, others, failed;

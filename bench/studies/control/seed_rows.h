@@ -50,6 +50,9 @@ NLOHMANN_DEFINE_TYPE_NON_INTRUSIVE_WITH_DEFAULT(SeedRun, problem, method, linear
 /// The runs of one problem with one choice of arguments, in order of their first run.
 using SeedGroup = std::vector<const SeedRun*>;
 std::vector<SeedGroup> seed_groups(const std::vector<SeedRun>& runs);
+/// Method and linear solver of one of these groups, for figures; with its arguments where another group of the problem has
+/// the same.
+std::string solver_name(const SeedGroup& group, const std::vector<SeedGroup>& groups);
 
 /// One line per group: success, stationarity, spread of cost, CPU time and iterations.
 Table seed_table(const std::vector<SeedRun>& runs);

@@ -69,6 +69,18 @@ std::vector<SeedGroup> seed_groups(const std::vector<SeedRun>& runs) {
   return groups;
 }
 
+std::string solver_name(const SeedGroup& group, const std::vector<SeedGroup>& groups) {
+  const auto short_name = [](const SeedGroup& of) {
+    const SeedRun& run = *of.front();
+    return run.linear_solver.empty() ? run.method : fmt::format("{}, {}", run.method, run.linear_solver);
+  };
+  const auto is_named_so = [&](const SeedGroup& other) {
+    return other.front()->problem == group.front()->problem && short_name(other) == short_name(group);
+  };
+  const bool is_unique = std::ranges::count_if(groups, is_named_so) == 1;
+  return is_unique ? short_name(group) : fmt::format("{} {}", short_name(group), group.front()->arguments);
+}
+
 Table seed_table(const std::vector<SeedRun>& runs) {
   using G = SeedGroup;
   // Statistics of the solved runs.
