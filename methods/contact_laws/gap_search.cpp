@@ -31,6 +31,7 @@ GapSearch::GapSearch(const Problem& problem, int degree)
   data_.resize(static_cast<std::size_t>(piece_size_) * (kMaxDepth + 2));
   pieces_.reserve(kMaxDepth + 2);
   path_.setZero(info_.n_q, degree + 1);
+  part_ = path_;
   for (auto* box : {&box_, &path_box_}) box->assign(n_q, Interval(0.0));
   gaps_.assign(n_c, Interval(0.0));
   J_n_.assign(static_cast<std::size_t>(info_.n_normal_entries), Interval(0.0));
@@ -62,13 +63,26 @@ void GapSearch::prove_wide_box() {
   wide_box_.learn(one_is, all_are);
 }
 
-void GapSearch::begin(std::span<const ContactMode> modes) {
+/// The part of the path up to end().
+void GapSearch::cut_path(int n_halvings) {
+  end_ = 1;
+  part_ = path_;
+  for (; n_halvings > 0; --n_halvings) {
+    end_ *= 0.5;
+    for (int level = 1; level <= degree_; ++level) {
+      for (int k = degree_; k >= level; --k) part_.col(k) = 0.5 * (part_.col(k - 1) + part_.col(k));
+    }
+  }
+}
+
+void GapSearch::begin(std::span<const ContactMode> modes, int n_halvings) {
+  cut_path(n_halvings);
   problem_.gap(path_.data(), left_gap_.data());
   const auto is_open = [&](int i) { return !is_closed(modes[static_cast<std::size_t>(i)]); };
   if (std::ranges::none_of(curved_, is_open)) return;
   for (const int i : curved_) is_clear_[i] = 0;
   for (const int k : watched_) {
-    const Interval polynomial = bernstein::range(path_.data() + k, degree_, info_.n_q);
+    const Interval polynomial = bernstein::range(part_.data() + k, degree_, info_.n_q);
     path_box_[k] = {polynomial.lower - path_error_[k], polynomial.upper + path_error_[k]};
   }
   if (!has_bounds_) return;
@@ -87,13 +101,13 @@ void GapSearch::begin(std::span<const ContactMode> modes) {
 }
 
 /// (3)
-void GapSearch::set_gap_coefficients(int contact, double* g) const {
+void GapSearch::set_gap_coefficients(int contact, const Matrix& path, double* g) const {
   const auto& info = info_.contacts[contact];
   const double* J_n = affine_J_n_.data() + info.normal_begin;
   for (int j = 0; j <= degree_; ++j) {
     g[j] = left_gap_[contact];
     for (std::size_t k = 0; k < info.support.size(); ++k)
-      g[j] += J_n[k] * (path_(info.support[k], j) - path_(info.support[k], 0));
+      g[j] += J_n[k] * (path(info.support[k], j) - path(info.support[k], 0));
   }
 }
 
@@ -105,7 +119,7 @@ void GapSearch::move_to(const ContactInfo& contact, double s) {
 double GapSearch::gap(int contact, double s) {
   if (info_.contacts[contact].is_affine) {
     double g[bernstein::kMaxDegree + 1];
-    set_gap_coefficients(contact, g);
+    set_gap_coefficients(contact, path_, g);
     return bernstein::value(g, 1, degree_, s);
   }
   move_to(info_.contacts[contact], s);
@@ -113,10 +127,10 @@ double GapSearch::gap(int contact, double s) {
   return gap_[contact];
 }
 
-/// Pieces in the order of s, from the whole path in the first place on. @param n_before  pieces that count as done
+/// Pieces in the order of s, from the whole part in the first place on. @param n_before  pieces that count as done
 template <class Judge>
 GapSearch::Closing GapSearch::first_piece(int rows, int n_before, const Judge& judge) {
-  pieces_.assign(1, {0, 1, 0});
+  pieces_.assign(1, {0, end_, 0});
   for (int n = n_before; !pieces_.empty(); ++n) {
     Piece piece = pieces_.back();
     piece.may_be_halved = piece.depth < (n < kMaxPieces ? kMaxDepth : kSampledDepth);
@@ -205,16 +219,16 @@ GapSearch::Verdict GapSearch::judge_curved(int i, const Allowance& allowance, co
 GapSearch::Closing GapSearch::first_closing(int contact, const Allowance& allowed) {
   const auto& info = info_.contacts[contact];
   if (info.is_affine) {
-    set_gap_coefficients(contact, coefficients(0));
+    set_gap_coefficients(contact, part_, coefficients(0));
     return first_piece(1, 0, [&](const Piece& piece, const double* g) { return judge_affine(allowed, piece, g); });
   }
   if (is_clear_[contact]) return {};
   const bool moves_along = std::abs(left_gap_[contact]) <= allowed.rounding &&
-                           std::abs(gap(contact, 0.5)) <= allowed.rounding &&
-                           std::abs(gap(contact, 1)) <= allowed.rounding;
+                           std::abs(gap(contact, 0.5 * end_)) <= allowed.rounding &&
+                           std::abs(gap(contact, end_)) <= allowed.rounding;
   double* b = coefficients(0);
   for (const int k : info.support) {
-    for (int j = 0; j <= degree_; ++j) *b++ = path_(k, j);
+    for (int j = 0; j <= degree_; ++j) *b++ = part_(k, j);
     box_[static_cast<std::size_t>(k)] = path_box_[static_cast<std::size_t>(k)];
   }
   return first_piece(static_cast<int>(info.support.size()), moves_along ? kMaxPieces : 0,

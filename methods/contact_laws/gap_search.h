@@ -62,7 +62,9 @@ class GapSearch {
   /// n_q: e_k of the next path; zero at first.
   Vector& path_error() { return path_error_; }
   /// To be called after path() has been filled. Contacts that are open in these `modes` can be searched.
-  void begin(std::span<const ContactMode> modes);
+  /// @param n_halvings  only the part of the path up to s = end() = 2^-n_halvings is searched
+  void begin(std::span<const ContactMode> modes, int n_halvings = 0);
+  double end() const { return end_; }
 
   /// How far below zero the gap may be [m]: `gap`, which (3)-(6) call allowed. Up to s = `until` it may be lower, by
   /// s^2 (square + s cube), but not by more than `most`. A negative number requires a gap above zero.
@@ -111,12 +113,13 @@ class GapSearch {
   Verdict judge_affine(const Allowance& allowance, const Piece& piece, const double* g) const;
   Verdict judge_curved(int contact, const Allowance& allowance, const Piece& piece, const double* b);
   double* coefficients(std::size_t piece) { return data_.data() + piece * static_cast<std::size_t>(piece_size_); }
-  void set_gap_coefficients(int contact, double* g) const;
+  void set_gap_coefficients(int contact, const Matrix& path, double* g) const;
   void bound_normal(int contact, const Piece& piece);
   void estimate_normal(int contact, double s, bool is_first);
   double error_of(int contact, const auto& of_coordinate);
   void move_to(const ContactInfo& contact, double s);
   void prove_wide_box();
+  void cut_path(int n_halvings);
 
   const Problem& problem_;
   const ProblemInfo& info_;
@@ -126,7 +129,8 @@ class GapSearch {
   std::vector<int> watched_;  // coordinates on which their gaps depend
   int piece_size_ = 0;        // coefficients of a piece
 
-  Matrix path_;
+  Matrix path_, part_;  // part_: what is searched
+  double end_ = 1;
   std::vector<double> data_;              // coefficients of the pieces that wait
   std::vector<Piece> pieces_;             // the next one last
   std::vector<Interval> box_, path_box_;  // n_q

@@ -64,6 +64,7 @@ EventFunctions::EventFunctions(const Problem& problem, const ContactScales& scal
   functions_.reserve(2 * n_c);
   gap_.setZero(info_.n_c());
   sinks_.assign(n_c, 0);
+  closing_.reserve(n_c);
   v_stop_ = gap_;
   packed_n_.setZero(info_.n_normal_entries);
   packed_t_.setZero(info_.n_tangent_entries);
@@ -354,7 +355,7 @@ void EventFunctions::find_closing(const Function& f, const StepEnds& ends, Detec
     allowed.most = kOfBegin * gaps_.gap(f.contact, kBegin);
   }
   const auto closing = gaps_.first_closing(f.contact, allowed);
-  if (!closing && (f.right >= 0 || f.from_zero)) {
+  if (!closing && (gaps_.end() < 1 || f.right >= 0 || f.from_zero)) {
     is_exact_ = is_exact_ && !is_near;
     return;
   }
@@ -418,6 +419,41 @@ bool EventFunctions::stays_open(const Function& f, const StepEnds& ends) const {
   return gap.smallest() >= gap.error();
 }
 
+/// How often the step can be halved until no gap that was open at its left end has closed at the right one. The first
+/// event is on the last half before that, or earlier.
+int EventFunctions::closed_halves(const StepEnds& ends) {
+  const auto find_closed = [&](const auto& gap) {
+    for (const Function& f : functions_) {
+      if (f.is_near && !f.from_zero && gap(f) < -rounding(f)) closing_.push_back(f.contact);
+    }
+    return !closing_.empty();
+  };
+  closing_.clear();
+  if (!find_closed([](const Function& f) { return f.right; })) return 0;
+  double theta = 0.5;
+  for (int n = 0; n < kMaxHalvings; ++n, theta *= 0.5) {
+    ends.interpolate(theta, q_, v_);
+    problem_.gap_of(closing_, q_.data(), gap_.data());
+    std::erase_if(closing_, [&](int i) { return !(gap_[i] < -scales_.nearly_touching(i)); });
+    if (!closing_.empty()) continue;
+    problem_.gap(q_.data(), gap_.data());  // others may have closed before, and opened
+    if (!find_closed([&](const Function& f) { return gap_[f.contact]; })) return n;
+  }
+  return kMaxHalvings;
+}
+
+/// The first closing of all gaps. A fall by a few roundings may count as none: then the whole step is searched.
+void EventFunctions::find_closings(const StepEnds& ends, DetectedEvent& first) {
+  ends.bernstein(gaps_.path(), gaps_.path_error());
+  for (int n = closed_halves(ends);; n = 0) {
+    gaps_.begin(dynamics_.modes(), n);
+    for (const Function& f : functions_) {
+      if (f.is_near) find_closing(f, ends, first);
+    }
+    if (first || n == 0) return;
+  }
+}
+
 DetectedEvent EventFunctions::find(const StepEnds& ends, const std::vector<int>& beginning) {
   evaluate(ends.q1.data(), ends.v1.data());
   forces_at_ = kNowhere;
@@ -428,17 +464,11 @@ DetectedEvent EventFunctions::find(const StepEnds& ends, const std::vector<int>&
     is_near = is_near || f.is_near;
     f.begins = f.kind == SwitchKind::slip_stops && std::ranges::count(beginning, f.contact) > 0;
   }
-  if (is_near) {
-    ends.bernstein(gaps_.path(), gaps_.path_error());
-    gaps_.begin(dynamics_.modes());
-  }
   DetectedEvent first;
+  if (is_near) find_closings(ends, first);
   for (const Function& f : functions_) {
-    if (f.kind == SwitchKind::gap_closes) {
-      if (f.is_near) find_closing(f, ends, first);
+    if (f.kind == SwitchKind::gap_closes || f.begins || f.right >= 0 || (f.from_zero && f.right >= -rounding(f)))
       continue;
-    }
-    if (f.begins || f.right >= 0 || (f.from_zero && f.right >= -rounding(f))) continue;
     if (!f.from_zero) {
       search(f, 0, f.left, 1, f.right, ends, first);
       continue;

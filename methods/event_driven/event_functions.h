@@ -130,6 +130,8 @@ class EventFunctions {
   void find_closing(const Function& f, const StepEnds& ends, DetectedEvent& first);
   void find_sunk(const Function& f, const StepEnds& ends, DetectedEvent& first);
   bool stays_open(const Function& f, const StepEnds& ends) const;
+  int closed_halves(const StepEnds& ends);
+  void find_closings(const StepEnds& ends, DetectedEvent& first);
   void list_loads(const double* q, const double* v);
   void find_hidden(const StepEnds& ends, DetectedEvent& first);
   void find_sampled(const StepEnds& ends, DetectedEvent& first);
@@ -160,6 +162,7 @@ class EventFunctions {
   double forces_at_ = kNowhere;  // where in the step the dynamics has its forces
   double lowest_stage_ = 2;      // c of the first stage with a negative force, above 1: none
   std::vector<char> sinks_;      // n_c
+  std::vector<int> closing_;     // contacts whose gaps have closed at some point of the step
   Vector gap_, packed_n_, packed_t_;
   Vector direction_, v_stop_;  // n_lambda_t, n_c
   Vector q_, v_, a_;
