@@ -7,7 +7,7 @@
 namespace ricochet {
 namespace {
 
-constexpr int kLowBounces = 16;  // of a contact, before its group is captured
+constexpr int kLowBounces = 16;  // of a contact with friction, before its group is captured
 
 }  // namespace
 
@@ -54,15 +54,16 @@ bool GroupCapture::flies(int contact, const std::vector<int>& touching, const Ve
          std::abs(law_.normal_velocity(contact, v)) > scales_.no_approach(contact);
 }
 
-/// Whether the contact that closes has bounced so often within its group that the rules of single contacts do not end
-/// that.
+/// Whether the group need not bounce any more. With friction, the impulses of lower bounces turn its slip: then it is
+/// enough when the contact that closes has bounced so often that the rules of single contacts do not end that.
 bool GroupCapture::is_followed_enough(const Closing& cause, const Vector& v_minus) {
   if (cause.at_once) return true;
   if (cause.contact < 0) return false;
   counted_ = cause.contact;
   bounces_ = is_slow(counted_, v_minus) ? low_bounces_[static_cast<std::size_t>(counted_)] + 1 : 0;
   const bool is_left = std::ranges::any_of(impacts_.candidates(), [&](int i) { return impacts_.is_left(i); });
-  return bounces_ > kLowBounces || is_left || cause.has_sunk;
+  const bool has_friction = std::ranges::any_of(group_, [&](int i) { return info_.contacts[i].n_t > 0; });
+  return !has_friction || bounces_ > kLowBounces || is_left || cause.has_sunk;
 }
 
 /// Lets a contact sink that opens and closes again and again in hops that are rounding.
@@ -71,7 +72,7 @@ void GroupCapture::leave_unsteady(const Closing& cause, const Vector& v_minus) {
   if (std::abs(law_.normal_velocity(cause.contact, v_minus)) > scales_.no_drift(cause.contact)) return;
   counted_ = cause.contact;
   bounces_ = low_bounces_[static_cast<std::size_t>(counted_)] + 1;
-  if (bounces_ <= kLowBounces) return;
+  if (info_.contacts[cause.contact].n_t > 0 && bounces_ <= kLowBounces) return;
   bounces_ = 0;
   refused_.push_back(counted_);
 }

@@ -11,9 +11,10 @@ namespace ricochet {
 /// Closes a group of contacts that is at rest by (1)-(4) of group_rest.h, at the left end of a step or element, after
 /// the impacts of that instant.
 ///
-/// The bounces of a contact are followed until 16 of them in turn were slow in the sense of (1). Rules for single
-/// contacts, which are exact up to rounding, may end an accumulation before. Contacts that the impacts have left, and those
-/// that have sunk, need no more bounces.
+/// A group without friction is closed as soon as (1) holds. With friction, the bounces of a contact are followed until 16
+/// of them in turn were slow in the sense of (1): their impulses turn its slip. Rules for single contacts, which are exact
+/// up to rounding, may end an accumulation before. Contacts that the impacts have left, and those that have sunk, need no
+/// more bounces.
 ///
 /// A group that is not at rest is refused, and its contacts may sink: such an open contact closes where its gap has
 /// fallen by capture_height() below zero, or below its gap if that is negative. GroupRest::is_too_low() ends the
@@ -51,6 +52,7 @@ class GroupCapture {
 
   /// Contacts that may sink since the last begin().
   const std::vector<int>& refused() const { return refused_; }
+  void let_sink(int contact) { refused_.push_back(contact); }
   /// After the other contacts are closed: adds those that the impacts have left to refused().
   void add_left();
   /// Before an instant.
