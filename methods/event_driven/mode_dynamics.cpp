@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numeric>
 #include <utility>
 
@@ -13,7 +14,8 @@ namespace {
 // A pivot of D, as a part of its diagonal entry, that is rounding: of redundant contacts, not of different masses.
 constexpr double kDependent = 1e-11;
 // Refinement of the forces of redundant contacts: parts of the residual.
-constexpr double kRefined = 1e-13, kStalls = 0.25;
+constexpr double kRefined = 1e-13, kStalls = 0.25, kRounding = 1e-15;
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
 constexpr int kMaxRefinements = 8;
 // Coordinates up to which P is formed.
 constexpr Eigen::Index kFewCoordinates = 16;
@@ -54,6 +56,9 @@ void ModeDynamics::set_modes(std::span<const ContactMode> modes, const double* q
     C_.resize(info_.n_q, n);
     MC_.resize(info_.n_q, n);
     D_.resize(n, n);
+    scaled_.A.resize(n, n);
+    for (auto* x : {&scaled_.scale, &scaled_.b, &scaled_.law, &scaled_.x, &scaled_.residual, &scaled_.step})
+      x->resize(n);
   }
   kind_ = Kind::general;
   if (constant_mass_ && rows_.is_affine()) set_maps(q, v);
@@ -132,7 +137,7 @@ bool ModeDynamics::eliminate(Columns& X) {
 }
 
 /// (3) for a = M^-1 f, as nearly as redundant rows allow. @return whether (2) holds
-bool ModeDynamics::solve_rows(const double* a) {
+bool ModeDynamics::solve_rows(const double* a, Consistency consistency) {
   const Eigen::Index n = D_.cols();
   const auto set = [&] {
     for (Eigen::Index r = 0; r < n; ++r) {
@@ -147,37 +152,42 @@ bool ModeDynamics::solve_rows(const double* a) {
     set();
   }
   // Scaled, so that units do not matter.
-  const Vector scale = D_.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
-  const Matrix A = scale.asDiagonal() * D_ * scale.asDiagonal();
-  const Vector b = scale.cwiseProduct(lambda_.head(n)),
-               size = b.cwiseAbs() + scale.cwiseProduct(rates_.head(n).cwiseAbs());
-  const Vector law = law_.head(n).cwiseQuotient(scale);
-  const double allowed = consistent_ * size.maxCoeff();
-  Vector x = law;
-  bool is_solved = rows_.is_symmetric() && approach_redundant(A, b, x) <= allowed;
+  Scaled& s = scaled_;
+  s.scale = D_.diagonal().cwiseAbs().cwiseSqrt().cwiseInverse();
+  s.A.noalias() = s.scale.asDiagonal() * D_ * s.scale.asDiagonal();
+  s.b = s.scale.cwiseProduct(lambda_.head(n));
+  const double size = (s.b.cwiseAbs() + s.scale.cwiseProduct(rates_.head(n).cwiseAbs())).maxCoeff();
+  const double allowed = consistency == Consistency::required ? consistent_ * size : kInfinity;
+  s.law = law_.head(n).cwiseQuotient(s.scale);
+  s.x = s.law;
+  bool is_solved = rows_.is_symmetric() && approach_redundant() <= allowed;
   if (!is_solved) {
-    x = law + least_squares(A, b - A * law);
-    is_solved = (b - A * x).cwiseAbs().maxCoeff() <= allowed;
+    s.x = s.law + least_squares(s.A, s.b - s.A * s.law);
+    is_solved = (s.b - s.A * s.x).cwiseAbs().maxCoeff() <= allowed;
   }
-  lambda_.head(n) = scale.cwiseProduct(x);
+  lambda_.head(n) = s.scale.cwiseProduct(s.x);
   return is_solved;
 }
 
 /// From x to the nearest solution of A x = b, by refinement until it no longer makes the residual smaller. The pseudo-inverse
 /// of an earlier point is used as long as that ends where the one of that point did. @return the residual
-double ModeDynamics::approach_redundant(const Matrix& A, const Vector& b, Vector& x) {
-  const Vector start = x;
-  Vector residual = b - A * x, step(x.size());
-  const double first = residual.cwiseAbs().maxCoeff();
+double ModeDynamics::approach_redundant() {
+  Scaled& s = scaled_;
+  const auto set_residual = [&] {
+    s.residual = s.b;
+    s.residual.noalias() -= s.A * s.x;
+  };
+  set_residual();
+  const double first = s.residual.cwiseAbs().maxCoeff();
   const auto refine = [&] {
     double left = first;
-    for (int k = 0; k < kMaxRefinements; ++k) {
-      step = residual;
-      redundant_.apply_in_place(step);
-      residual.noalias() -= A * step;
-      const double next = residual.cwiseAbs().maxCoeff();
+    for (int k = 0; k < kMaxRefinements && left > kRounding * first; ++k) {
+      s.step = s.residual;
+      redundant_.apply_in_place(s.step);
+      s.residual.noalias() -= s.A * s.step;
+      const double next = s.residual.cwiseAbs().maxCoeff();
       if (!(next < left)) break;
-      x += step;
+      s.x += s.step;
       const double last = std::exchange(left, next);
       if (left > kStalls * last) break;
     }
@@ -186,10 +196,10 @@ double ModeDynamics::approach_redundant(const Matrix& A, const Vector& b, Vector
   if (has_inverse_) {
     const double left = refine();
     if (left <= std::max(2 * left_by_inverse_, kRefined) * first) return left;
-    x = start;
-    residual = b - A * x;
+    s.x = s.law;
+    set_residual();
   }
-  redundant_.factorize(A);
+  redundant_.factorize(s.A);
   has_inverse_ = true;
   const double left = refine();
   left_by_inverse_ = first > 0 ? left / first : 0;
@@ -277,7 +287,7 @@ bool ModeDynamics::project(double* q, double* v) {
   const Vector zero = Vector::Zero(info_.n_q), forces = law_;
   law_.setZero();
   const auto correct = [&](double* x) {
-    solve_rows(zero.data());  // what rounding has left of redundant rows contradicts itself
+    solve_rows(zero.data(), Consistency::as_near_as_possible);  // what rounding has left contradicts itself
     for (Eigen::Index r = 0; r < MC_.cols(); ++r) {
       for (Eigen::Index k = 0; k < MC_.rows(); ++k) x[k] += MC_(k, r) * lambda_[r];
     }

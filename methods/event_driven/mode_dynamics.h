@@ -125,8 +125,9 @@ class ModeDynamics {
   void set_delassus_row(Eigen::Index r);
   template <class Columns>
   bool eliminate(Columns& X);
-  bool solve_rows(const double* a);
-  double approach_redundant(const Matrix& A, const Vector& b, Vector& x);
+  enum class Consistency : std::uint8_t { required, as_near_as_possible };
+  bool solve_rows(const double* a, Consistency consistency = Consistency::required);
+  double approach_redundant();
 
   const Problem& problem_;
   const ProblemInfo& info_;
@@ -141,8 +142,13 @@ class ModeDynamics {
   Matrix P_;
   RowMatrix L_;  // (4)
   SymmetricFactors mass_;
-  Matrix M_, D_;                   // (3)
-  SemidefiniteInverse redundant_;  // of D, scaled
+  Matrix M_, D_;   // (3)
+  struct Scaled {  // D lambda = b with a diagonal of ones
+    Matrix A;
+    Vector scale, b, law, x;  // law: the forces to be near to
+    Vector residual, step;
+  } scaled_;
+  SemidefiniteInverse redundant_;  // of scaled_.A
   bool has_inverse_ = false;
   double left_by_inverse_ = 0;  // part of the residual
   Matrix C_, MC_;               // n_q x rows

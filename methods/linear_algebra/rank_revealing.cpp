@@ -28,13 +28,10 @@ void factorize_definite(Eigen::Map<Matrix> A) {
   }
 }
 
-void solve_definite(const Eigen::Map<Matrix>& L, Eigen::Map<Vector> x) {
-  const Eigen::Index n = L.rows();
-  for (Eigen::Index j = 0; j < n; ++j) {
-    x[j] /= L(j, j);
-    x.tail(n - j - 1) -= x[j] * L.col(j).tail(n - j - 1);
-  }
-  for (Eigen::Index j = n - 1; j >= 0; --j) x[j] = (x[j] - L.col(j).tail(n - j - 1).dot(x.tail(n - j - 1))) / L(j, j);
+/// X <- (L L')^-1 X
+void solve_definite(const Eigen::Map<Matrix>& L, Eigen::Map<Matrix> X) {
+  L.triangularView<Eigen::Lower>().solveInPlace(X);
+  L.transpose().triangularView<Eigen::Upper>().solveInPlace(X);
 }
 
 }  // namespace
@@ -143,6 +140,10 @@ void SemidefiniteInverse::factorize(const Eigen::Ref<const Matrix>& A) {
   Eigen::Map<Matrix> gram(gram_.data(), rank_, rank_);
   gram.noalias() = L.leftCols(rank_).transpose().lazyProduct(L.leftCols(rank_));
   factorize_definite(gram);
+  make_room(K_, rank_ * n_);
+  Eigen::Map<Matrix> K(K_.data(), rank_, n_);
+  K = L.leftCols(rank_).transpose();
+  solve_definite(gram, K);
 }
 
 void SemidefiniteInverse::apply_in_place(Eigen::Ref<Matrix> B) {
@@ -150,13 +151,11 @@ void SemidefiniteInverse::apply_in_place(Eigen::Ref<Matrix> B) {
     B.setConstant(std::numeric_limits<double>::quiet_NaN());
     return;
   }
-  const Eigen::Map<Matrix> L(L_.data(), n_, rank_), gram(gram_.data(), rank_, rank_);
+  const Eigen::Map<Matrix> K(K_.data(), rank_, n_);
   Eigen::Map<Vector> y(y_.data(), rank_);
   for (Eigen::Index c = 0; c < B.cols(); ++c) {
-    y.noalias() = L.transpose().lazyProduct(B.col(c));
-    solve_definite(gram, y);
-    solve_definite(gram, y);
-    B.col(c).noalias() = L.lazyProduct(y);
+    y.noalias() = K * B.col(c);
+    B.col(c).noalias() = K.transpose() * y;
   }
 }
 

@@ -49,7 +49,7 @@ class ConsistentLu {
 /// Pseudo-inverse of a small symmetric positive semidefinite matrix, such as a Delassus matrix of redundant contacts, by
 /// a Cholesky decomposition with pivoting that ends at the rank r,
 ///
-///   A = L L',   L n x r,   A^+ = L (L' L)^-2 L'.                                                            (2)
+///   A = L L',   L n x r,   A^+ = K' K,   K = (L' L)^-1 L'.                                                  (2)
 ///
 /// The pivot is the diagonal entry of which elimination has left the largest part, so that units do not matter. No
 /// allocation up to the largest size so far.
@@ -63,7 +63,7 @@ class SemidefiniteInverse {
  private:
   Eigen::Index n_ = 0, rank_ = 0;
   bool is_finite_ = true;
-  std::vector<double> L_, gram_, rest_, y_;
+  std::vector<double> L_, gram_, rest_, y_, K_;
 };
 
 }  // namespace ricochet
