@@ -28,6 +28,14 @@ void ContactOperator::set_directions(const Vector& q) {
   if (info_.has_friction() && !normal_only_) problem_.tangent_jacobian(q.data(), packed_t_.data());
 }
 
+void ContactOperator::set_directions(const Vector& q, std::span<const int> contacts) {
+  for (const std::span<const int> some : {contacts, std::span<const int>(info_.bilateral)}) {
+    if (some.empty()) continue;
+    problem_.normal_jacobian_of(some, q.data(), packed_n_.data());
+    if (info_.has_friction() && !normal_only_) problem_.tangent_jacobian_of(some, q.data(), packed_t_.data());
+  }
+}
+
 /// The islands that each contact touches, and so the coordinates that it moves.
 void ContactOperator::set_islands(const Islands& islands) {
   if (islands_ == islands) return;

@@ -37,6 +37,8 @@ class ContactOperator {
 
   /// D of all contacts at q.
   void set_directions(const Vector& q);
+  /// The same of these `contacts` and the bilateral ones; that of others stays unchanged.
+  void set_directions(const Vector& q, std::span<const int> contacts);
 
   /// Sets P W D of these contacts; that of others stays unchanged.
   /// @return false when bilateral constraints depend on each other

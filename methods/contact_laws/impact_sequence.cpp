@@ -113,21 +113,26 @@ bool ImpactSequence::rests(int contact, const Eigen::Ref<const Vector>& v) const
   return std::abs(law_.normal_velocity(contact, v)) <= scales_.no_approach(contact) && !is_left_[contact];
 }
 
-/// Adds contacts at rest to together_, unless the load pulls them apart. False when it has no forces.
-bool ImpactSequence::add_unless_pulled_apart(const std::vector<int>& contacts, const Vector& q,
-                                             const Eigen::Ref<const Vector>& v) {
-  if (contacts.empty()) return true;
+/// Adds the contacts of may_open_ to together_, unless the load pulls them apart. False when it has no forces. Only the
+/// islands of what approaches count: the impact does not change others.
+bool ImpactSequence::add_unless_pulled_apart(const Vector& q, const Eigen::Ref<const Vector>& v) {
+  if (may_open_.empty()) return true;
+  find_approaching(v);
+  group_ = together_;
+  group_.insert(group_.end(), may_open_.begin(), may_open_.end());
+  std::ranges::sort(group_);
+  law_.keep_islands_of(approaching_, group_);
+  std::erase_if(may_open_, [&](int i) { return !std::ranges::binary_search(group_, i); });
+  if (may_open_.empty()) return true;
   resting_.clear();
-  for (const int i : contacts) resting_.push_back({.contact = i});
-  for (const int i : together_) {  // what holds them
-    if (rests(i, v)) resting_.push_back({.contact = i});
+  for (const int i : group_) {  // those of together_ hold the others
+    if (rests(i, v) || std::ranges::binary_search(may_open_, i)) resting_.push_back({.contact = i});
   }
-  std::ranges::sort(resting_, {}, &ImpactSolver::ClosedContact::contact);
   v_ = v;
   if (law_.contact_forces(q, v_, resting_, impulse_n_, impulse_t_) != LcpStatus::solved) return false;
   for (const auto& closed : resting_) {
     const int i = closed.contact;
-    if (std::ranges::count(contacts, i) == 0) continue;
+    if (!std::ranges::binary_search(may_open_, i)) continue;
     // A load that vanishes is rounding of q; one that presses has the rounding of a light body's acceleration.
     const bool is_load = law_.gap_acceleration(i) * problem_.info().end_time > kLoad * scales_.approach(i);
     const bool opens = closed.mode == ContactMode::open && is_load && law_.is_pulled_apart(i);
@@ -148,7 +153,7 @@ bool ImpactSequence::find_first(const Vector& q, const Eigen::Ref<const Vector>&
     if (!was_closed && law_.normal_velocity(i, v) > scales_.no_drift(i)) continue;
     (was_closed || approaches(i, v) ? together_ : may_open_).push_back(i);
   }
-  return !find_approaching(v) || add_unless_pulled_apart(may_open_, q, v);
+  return !find_approaching(v) || add_unless_pulled_apart(q, v);
 }
 
 /// S_k after an impact, in together_. False when the load has no forces.
@@ -170,7 +175,7 @@ bool ImpactSequence::find_next(const Vector& q, const Eigen::Ref<const Vector>& 
       together_.push_back(i);
   }
   std::ranges::sort(together_);
-  return add_unless_pulled_apart(may_open_, q, v);
+  return add_unless_pulled_apart(q, v);
 }
 
 ImpactSequence::Outcome ImpactSequence::apply_impacts(const Vector& q, const std::vector<ContactMode>* before,

@@ -98,7 +98,7 @@ class ImpactSequence {
   bool leave_wedge(const std::vector<int>& contacts, const Vector& q, const Eigen::Ref<const Vector>& v);
   bool is_slow(const Vector& q, const Eigen::Ref<const Vector>& v);
   double fastest_approach(const Eigen::Ref<const Vector>& v) const;
-  bool add_unless_pulled_apart(const std::vector<int>& contacts, const Vector& q, const Eigen::Ref<const Vector>& v);
+  bool add_unless_pulled_apart(const Vector& q, const Eigen::Ref<const Vector>& v);
 
   const Problem& problem_;
   ContactScales& scales_;

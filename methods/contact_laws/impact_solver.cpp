@@ -52,8 +52,18 @@ ImpactSolver::ImpactSolver(const Problem& problem, const FrictionPolygon& polygo
 
 bool ImpactSolver::prepare(const Vector& q, std::span<const int> touching) {
   if (!mass_inverse_.set_position(q)) return false;
-  operator_.set_directions(q);
+  operator_.set_directions(q, touching);
   return operator_.set_responses(touching, mass_inverse_);
+}
+
+void ImpactSolver::keep_islands_of(std::span<const int> some, std::vector<int>& contacts) {
+  operator_.find_islands(contacts, islands_);
+  has_some_.assign(static_cast<std::size_t>(islands_.count()), 0);
+  for (int k = 0; k < islands_.n(); ++k) {
+    if (std::ranges::binary_search(some, contacts[k])) has_some_[islands_.of(k)] = 1;
+  }
+  int k = 0;
+  std::erase_if(contacts, [&](int) { return !has_some_[islands_.of(k++)]; });
 }
 
 double ImpactSolver::tangential_delassus(int contact) const {
@@ -232,7 +242,9 @@ LcpStatus ImpactSolver::impact(std::span<const int> together, std::span<const in
     }
     const bool is_newton =
         rebound == Rebound::none || problem_.info().impact_law.hypothesis == ImpactHypothesis::newton;
-    const LcpStatus status = is_newton ? solve_island(ContactScales::kVelocityRounding * size) : solve_stated(v);
+    LcpStatus status = is_newton ? solve_island(ContactScales::kVelocityRounding * size) : solve_stated(v);
+    if (status != LcpStatus::solved && is_newton && scales_.redundant() > 0)
+      status = solve_island(scales_.redundant() * size);
     if (status != LcpStatus::solved) return status;
     if (has_bilateral_) operator_.bilateral().impose(v, nullptr, Lambda_n);
     push(v, Lambda_n);

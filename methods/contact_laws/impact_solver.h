@@ -46,6 +46,9 @@ class ImpactSolver {
   /// not positive definite, or bilateral constraints depend on each other.
   bool prepare(const Vector& q, std::span<const int> touching);
 
+  /// Takes out of `contacts`, which are among those of prepare(), the islands without any of `some` of them. Both ascend.
+  void keep_islands_of(std::span<const int> some, std::vector<int>& contacts);
+
   /// Restitution in (2): that of the scene, or eps_r = 0 for all contacts.
   enum class Rebound : std::uint8_t { of_scene, none };
 
@@ -154,6 +157,7 @@ class ImpactSolver {
 
   std::vector<int> contacts_;            // of the problem at hand
   Islands islands_;                      // of their numbers
+  std::vector<char> has_some_;           // per island
   std::vector<int> contacts_of_island_;  // of the island at hand
   Delassus delassus_;
   Matrix G_;

@@ -90,6 +90,54 @@ void ModeChange::set_closed(const DetectedEvent& cause, const std::vector<Contac
   }
 }
 
+/// Takes idle contacts out of closed_, and forgets those that are idle no more.
+void ModeChange::leave_idle(const DetectedEvent& cause, const Vector& q, const Vector& v) {
+  std::erase_if(idle_, [&](int i) {
+    return !std::ranges::binary_search(touching_, i) || Lambda_n_[i] > 0 || cause.is(SwitchKind::gap_closes, i) ||
+           std::abs(law_.normal_velocity(i, v)) > scales_.no_drift(i);
+  });
+  if (idle_.empty() && closed_.size() < 2) return;
+  const Vector& w = law_.free_acceleration(q, v);
+  double load = 0;
+  for (const int i : impacts_.candidates()) load = std::max(load, law_.normal_velocity_scale(i, w));
+  no_acceleration_ = std::max(ContactScales::kStageRounding, scales_.redundant()) * load;
+  std::erase_if(closed_, [&](const auto& closed) { return std::ranges::count(idle_, closed.contact) > 0; });
+}
+
+/// Gap acceleration under the load and the forces of closed_.
+double ModeChange::gap_acceleration(int contact, const Vector& q, const Vector& v) {
+  problem_.gap_acceleration_bias_of({&contact, 1}, q.data(), v.data(), bias_.data());
+  return law_.normal_velocity(contact, law_.acceleration()) + bias_[contact];
+}
+
+/// (3): adds to closed_ the idle contacts that the others do not hold.
+bool ModeChange::add_pressed(const Vector& q, const Vector& v) {
+  const std::size_t n = closed_.size();
+  std::erase_if(idle_, [&](int i) {
+    if (gap_acceleration(i, q, v) >= -no_acceleration_) return false;
+    closed_.push_back({.contact = i});
+    if (law_.contact(i).n_t > 0) law_.set_slide(closed_.back(), v, scales_.no_slip(i));
+    return true;
+  });
+  std::ranges::sort(closed_, {}, [](const auto& closed) { return closed.contact; });
+  return closed_.size() > n;
+}
+
+/// The contacts that have just lost their force, but do not part. They may sink.
+void ModeChange::find_idle(const std::vector<ContactMode>& before, const Vector& q, const Vector& v) {
+  if (closed_.empty() || !(scales_.redundant() > 0)) return;
+  const auto stays = [&](int i) {
+    return std::ranges::any_of(closed_, [&](const auto& c) { return c.contact == i && is_closed(c.mode); });
+  };
+  for (const int i : touching_) {
+    if (!is_closed(before[i]) || stays(i) || std::abs(law_.normal_velocity(i, v)) > scales_.no_drift(i) ||
+        std::abs(gap_acceleration(i, q, v)) > no_acceleration_)
+      continue;
+    idle_.push_back(i);
+    group_.let_sink(i);
+  }
+}
+
 ModeChange::Outcome ModeChange::failed(Status status, FailureCode code, const std::string& what, int contact) const {
   const std::string& name = info_.contacts[contact].name;
   return {status, fmt::format("{} at contact '{}'", what, name), {code, {name}}, false};
@@ -98,7 +146,10 @@ ModeChange::Outcome ModeChange::failed(Status status, FailureCode code, const st
 ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Vector& q,
                                        Vector& v, const std::vector<int>& stopped) {
   if (modes) modes_ = *modes;
-  if (!modes) group_.restart();
+  if (!modes) {
+    group_.restart();
+    idle_.clear();
+  }
   group_.begin();
   const std::vector<ContactMode>* before = modes ? &modes_ : nullptr;
   Lambda_n_.setZero();
@@ -152,16 +203,18 @@ ModeChange::Outcome ModeChange::close(const DetectedEvent& cause, const std::vec
   closed_.clear();
   if (!touching_.empty()) {
     set_closed(cause, before, q, v, stopped);
+    leave_idle(cause, q, v);
     for (const auto& closed : closed_) {
       if (!closed.slides || law_.sliding_delassus(closed.contact, closed.direction) > 0) continue;
       return failed(Status::infeasible, FailureCode::painleve, "Painleve's paradox: slip pulls the bodies together",
                     closed.contact);
     }
     do {
-      if (!closed_.empty() && law_.contact_forces(q, v, closed_, lambda_n_, lambda_t_) != LcpStatus::solved)
+      if (!(closed_.empty() && idle_.empty()) &&
+          law_.contact_forces(q, v, closed_, lambda_n_, lambda_t_) != LcpStatus::solved)
         return failed(Status::infeasible, FailureCode::inconsistent, "the contact law has no solution",
-                      closed_.front().contact);
-    } while (group_.leave_wedge(closed_, lambda_n_));
+                      closed_.empty() ? idle_.front() : closed_.front().contact);
+    } while (group_.leave_wedge(closed_, lambda_n_) || add_pressed(q, v));
     for (const auto& closed : closed_) gap_acceleration_[closed.contact] = law_.gap_acceleration(closed.contact);
     law_.decide_unloaded(q, v, closed_, lambda_n_, lambda_t_);
   }
@@ -170,6 +223,7 @@ ModeChange::Outcome ModeChange::close(const DetectedEvent& cause, const std::vec
         is_pressed_at_once(closed.contact, gap_acceleration_[closed.contact], q, v))
       closed.mode = ContactMode::closed;
   }
+  if (before) find_idle(*before, q, v);
   for (int i = 0; i < info_.n_c(); ++i)
     next[i] = info_.contacts[i].is_bilateral ? ContactMode::closed : ContactMode::open;
   if (!touching_.empty()) {

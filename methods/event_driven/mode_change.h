@@ -30,6 +30,14 @@ namespace ricochet {
 ///   j < 0,   a <= 0 or 2 a^3 <= 3 j^2 (rounding of the gap)                               (2)
 ///
 /// because its flight would be lower than rounding. An example is the end of an elastic bar that an impact has stopped.
+///
+/// A redundant contact may lose its force though the bodies do not part, since others hold them: its gap has neither rate
+/// nor acceleration. Its force would return with the next change of any other one, and vanish again. Such a contact is
+/// idle: it closes where its gap has a rate, or an acceleration without its force
+///
+///   a < -(what redundant contacts may contradict each other by)                           (3)
+///
+/// or where it has fallen by capture_height().
 class ModeChange {
  public:
   ModeChange(const Problem& problem, ContactScales& scales, ModeDynamics& dynamics, Counters& counters);
@@ -67,6 +75,10 @@ class ModeChange {
   double free_gap_acceleration(int contact, const Vector& q, const Vector& v);
   bool is_pressed_at_once(int contact, double a, const Vector& q, const Vector& v);
   bool hops(int contact, const Vector& q, const Vector& v);
+  void leave_idle(const DetectedEvent& cause, const Vector& q, const Vector& v);
+  bool add_pressed(const Vector& q, const Vector& v);
+  void find_idle(const std::vector<ContactMode>& before, const Vector& q, const Vector& v);
+  double gap_acceleration(int contact, const Vector& q, const Vector& v);
 
   const Problem& problem_;
   const ProblemInfo& info_;
@@ -76,6 +88,8 @@ class ModeChange {
   ImpactSequence impacts_;
   GroupCapture group_;
   std::vector<int> touching_, beginning_;
+  std::vector<int> idle_;
+  double no_acceleration_ = 0;  // of (3)
   std::vector<ContactMode> modes_;
   std::vector<ContactAfterImpact> after_;
   std::vector<ImpactSolver::ClosedContact> closed_;
