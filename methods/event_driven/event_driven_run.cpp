@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 namespace ricochet {
 namespace {
@@ -54,6 +55,7 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       progress_(info_, kStepsPerMark, kLeastProgress),
       spans_(problem) {
   workspace.start(tolerance_);
+  mode_change_.restart(tolerance_);
   if (settings.sensitivities.empty()) return;
   sensitivity_.emplace(problem, std::get<EmbeddedTableau>(formula), scales_, dynamics_, settings);
   mode_change_.keep_impacts(&impacts_);
@@ -68,6 +70,68 @@ bool EventDrivenRun::stop(Status status, const std::string& message, FailureReas
 
 bool EventDrivenRun::stop_undetermined() {
   return stop(Status::inner_solver_failed, ModeDynamics::kUndetermined);
+}
+
+/// Ends the run with what made its steps short.
+bool EventDrivenRun::stop_too_short() {
+  const int contact = shortened_by_ ? shortened_by_.contact : functions_.slowest_slip(ends_.v0);
+  if (contact < 0)
+    return stop(Status::inner_solver_failed,
+                "the steps become too short: their error estimate stays above the tolerance");
+  const std::string& name = info_.contacts[contact].name;
+  const auto message = [&](const char* what) {
+    return stop(Status::inner_solver_failed, fmt::format("the steps become too short: {} at contact '{}'", what, name),
+                {FailureCode::not_stated, {name}});
+  };
+  if (!shortened_by_) {
+    double v_t[2]{0, 0};
+    functions_.slip_velocity(contact, ends_.q0.data(), ends_.v0.data(), v_t);
+    return message(
+        fmt::format("the error estimate stays above the tolerance, with slip of {:.3g} m/s", std::hypot(v_t[0], v_t[1]))
+            .c_str());
+  }
+  switch (shortened_by_.kind) {
+    case SwitchKind::gap_closes:
+      return message("the gap closes too flatly to be located");
+    case SwitchKind::force_vanishes:
+      return message("the normal force vanishes too flatly to be located");
+    case SwitchKind::cone_reached:
+      return message("the friction force reaches its bound too flatly to be located");
+    case SwitchKind::slip_stops:
+    case SwitchKind::slip_turns:
+    case SwitchKind::edge_left:
+      break;
+  }
+  return message("slip stops too flatly to be located");
+}
+
+/// Ends the run where events at one time have no end.
+bool EventDrivenRun::stop_accumulation(const DetectedEvent& cause) {
+  const int i = cause ? cause.contact : functions_.slowest_slip(ends_.v0);
+  if (i < 0) return stop(Status::step_limit, "events accumulate");
+  const auto& contact = info_.contacts[i];
+  const auto what = [&] {
+    switch (cause ? cause.kind : SwitchKind::slip_stops) {
+      case SwitchKind::gap_closes:
+        return "its gap closes and opens in turn";
+      case SwitchKind::force_vanishes:
+        return "its normal force vanishes and returns in turn";
+      default:
+        return "it sticks and slips in turn";
+    }
+  };
+  double v_t[2]{0, 0};
+  if (contact.n_t > 0) functions_.slip_velocity(i, ends_.q0.data(), ends_.v0.data(), v_t);
+  const std::string slip = contact.n_t > 0 ? fmt::format(", slip {:.3g} m/s", std::hypot(v_t[0], v_t[1])) : "";
+  return stop(Status::step_limit, fmt::format("events accumulate at contact '{}': {}{}", contact.name, what(), slip),
+              {FailureCode::not_stated, {contact.name}});
+}
+
+/// The next try has length h [s]. @param cause  why; none: the error
+void EventDrivenRun::shorten(double h, const DetectedEvent& cause) {
+  h_ = h;
+  shortened_by_ = cause;
+  was_rejected_ = true;
 }
 
 /// The acceleration at the left end, and the forces there.
@@ -136,7 +200,7 @@ bool EventDrivenRun::take_step() {
   const double rest = T_ - t_, allowed = std::min(h_, spans_.longest_step(t_, h_, ends_.q0, ends_.v0));
   const bool is_last = 1.01 * allowed >= rest;
   const double h = is_last ? rest : allowed;
-  if (h < kShortest * T_ && !is_last) return stop(Status::inner_solver_failed, "the steps become too short");
+  if (h < kShortest * T_ && !is_last) return stop_too_short();
   functions_.begin_step();
   EventFunctions* const watched = functions_.has_forces() ? &functions_ : nullptr;
   double e = step_.take(h, watched) ? step_.error(tolerance_) : std::numeric_limits<double>::infinity();
@@ -145,8 +209,7 @@ bool EventDrivenRun::take_step() {
   const float exponent = 1.0F / static_cast<float>(step_.error_order + 1) - 0.75F * kBeta;
   const float log_e = std::log2(static_cast<float>(e) + 1e-30F);
   if (!(e <= 1)) {
-    h_ = h * (std::isfinite(e) ? std::max<double>(kMinFactor, kSafety * std::exp2(-exponent * log_e)) : 0.1);
-    was_rejected_ = true;
+    shorten(h * (std::isfinite(e) ? std::max<double>(kMinFactor, kSafety * std::exp2(-exponent * log_e)) : 0.1), {});
     return true;
   }
   const double most = was_rejected_ ? 1 : kMaxFactor;
@@ -161,22 +224,20 @@ bool EventDrivenRun::take_step() {
   if (event) {
     double until = h;
     if (!reach_first(event, until)) {
-      h_ = 0.5 * h;
-      was_rejected_ = true;
+      shorten(0.5 * h, event);
       return true;
     }
     if (until > 0 && leaves_region(until)) return false;
     ++counters_.steps;
-    if (event.duration > 0) h_ = std::min(h_, event.duration);
+    if (event.duration > 0) h_ = std::min(h_, std::max(event.duration, 2 * kShortest * T_));
     if (!land(until)) return false;
     if (settle_slip(event)) return true;
-    if (!solution_.succeeded() || !change_modes(event)) return false;
+    if (!solution_.succeeded() || solution_.exit.function >= 0 || !change_modes(event)) return false;
     if (border_.is_watched()) solution_.exit.function = border_.outside(ends_.q0, ends_.v0);  // v has jumped
     return solution_.exit.function < 0;
   }
   if (info_.n_c() > 0 && h > kShortestRefined * T_ && !functions_.is_exact()) {
-    h_ = 0.5 * h;
-    was_rejected_ = true;
+    shorten(0.5 * h, functions_.inexact());
     return true;
   }
   if (leaves_region(h)) return false;
@@ -319,8 +380,7 @@ bool EventDrivenRun::settle_slip(const DetectedEvent& event) {
       if (!accelerate()) return false;
     }
     if (!stops) {
-      functions_.pass_slip(event.contact, ends_.q0, ends_.v0);
-      return true;
+      return pass_slip(event);
     }
   }
   if (!(dt > 0)) return false;
@@ -337,6 +397,16 @@ bool EventDrivenRun::settle_slip(const DetectedEvent& event) {
   return false;
 }
 
+/// Slip in space that has slowed down to v_stop goes on, unless it counts as rest in a group. False where the run ends.
+bool EventDrivenRun::pass_slip(const DetectedEvent& event) {
+  if (dynamics_.closed().size() > 1) {
+    mode_change_.count(event, t_ - std::exchange(last_pass_, t_));
+    if (mode_change_.holds_slow_slip() && !change_modes({})) return false;
+  }
+  if (dynamics_.modes()[event.contact] == ContactMode::slip) functions_.pass_slip(event.contact, ends_.q0, ends_.v0);
+  return true;
+}
+
 bool EventDrivenRun::change_modes(const DetectedEvent& cause) {
   const bool is_first = last_event_ < 0;
   before_ = dynamics_.modes();
@@ -347,6 +417,7 @@ bool EventDrivenRun::change_modes(const DetectedEvent& cause) {
     if (const auto reason = sensitivity_->reach(cause, ends_.q0, ends_.v0, ends_.a0))
       return stop(Status::infeasible, *reason);
   }
+  if (!is_first) mode_change_.count(cause, t_ - last_event_);
   const auto outcome = mode_change_.decide(cause, is_first ? nullptr : &before_, ends_.q0, ends_.v0, stopped_);
   stopped_.clear();
   if (outcome.status != Status::success) return stop(outcome.status, outcome.message, outcome.reason);
@@ -358,15 +429,13 @@ bool EventDrivenRun::change_modes(const DetectedEvent& cause) {
   }
   const bool is_soon = t_ - last_event_ <= kShortest * T_;
   const bool changes = outcome.has_impact || before_ != dynamics_.modes();
-  const bool stands_still = is_soon && (!changes || standstills_ >= kFewStandstills);
+  const bool stands_still = cause && is_soon && (!changes || standstills_ >= kFewStandstills);
   if (stands_still && (cause.kind == SwitchKind::gap_closes || cause.kind == SwitchKind::force_vanishes))
     functions_.let_sink(cause.contact);
   for (const int i : mode_change_.refused()) functions_.let_sink(i);
   standstills_ = is_soon ? standstills_ + 1 : 0;
   last_event_ = t_;
-  if (standstills_ > kMaxStandstills)
-    return stop(Status::step_limit,
-                fmt::format("events accumulate at contact '{}'", info_.contacts[cause.contact].name));
+  if (standstills_ > kMaxStandstills) return stop_accumulation(cause);
   record(cause, outcome.has_impact ? v_minus_ : ends_.v0);
   if (sensitivity_ && !vary_event()) return false;
   if (!mode_change_.beginning().empty() && t_ < T_ && !start_slip()) return false;
@@ -374,6 +443,9 @@ bool EventDrivenRun::change_modes(const DetectedEvent& cause) {
   if (info_.n_c() == 0) return true;
   functions_.begin(ends_.q0.data(), ends_.v0.data());
   const int contact = functions_.contradicted();
+  // Slow slip may have turned where the state has been moved: the laws are applied once more to that state.
+  const bool may_have_turned = contact >= 0 && functions_.slowest_slip(ends_.v0) >= 0;
+  if (may_have_turned && standstills_ < kFewStandstills) return change_modes({});
   return contact < 0 || stop(Status::inner_solver_failed, fmt::format("the force of contact '{}' contradicts its mode",
                                                                       info_.contacts[contact].name));
 }
@@ -390,7 +462,6 @@ bool EventDrivenRun::vary_event() {
 /// tolerance, until explicit steps are no shorter.
 bool EventDrivenRun::start_slip() {
   const auto& contacts = mode_change_.beginning();
-  const auto& name = info_.contacts[contacts.front()].name;
   if (sensitivity_) return start_slip_at_held_directions();
   if (!slip_start_) slip_start_.emplace(problem_, dynamics_, functions_);
   Vector angles(static_cast<Eigen::Index>(contacts.size()));
@@ -407,12 +478,14 @@ bool EventDrivenRun::start_slip() {
   };
   functions_.begin(ends_.q0.data(), ends_.v0.data());
   for (int k = 0; k < kMaxSlipStarts; ++k) {
+    if (time_limit_.is_over()) return stop(Status::time_limit, time_limit_.message());
     const double left = T_ - t_;
     const bool is_last = h >= left;
     if (is_last) h = left;
-    if (h < kShortestStart * T_ && !is_last)
-      return stop(Status::inner_solver_failed,
-                  fmt::format("no motion follows the begin of slip at contact '{}'", name));
+    if (h < kShortestStart * T_ && !is_last) {
+      slip_start_->hold(contacts, angles);
+      return hold_directions(contacts, std::min(harmless_length(contacts), left), false);
+    }
     ++counters_.steps;
     Vector q_once = ends_.q0, v_once = ends_.v0, angles_once = angles;
     ends_.q1 = ends_.q0;
@@ -526,12 +599,24 @@ bool EventDrivenRun::hold_middle_directions(const std::vector<int>& contacts, do
 /// start_slip() with derivatives, which explicit steps alone have: with the direction that slip has in the middle of a short
 /// step, held over the whole of it, the error is of third order in the velocity.
 bool EventDrivenRun::start_slip_at_held_directions() {
-  const auto& contacts = mode_change_.beginning();
-  double h = std::min(kHeldStart * std::cbrt(tolerance_) * T_, T_ - t_);
+  return hold_directions(mode_change_.beginning(), std::min(kHeldStart * std::cbrt(tolerance_) * T_, T_ - t_), true);
+}
+
+/// Time [s] within which the direction of friction does not matter: it changes slip velocities by 2 mu lambda_n G_tt each,
+/// together by less than the tolerance.
+double EventDrivenRun::harmless_length(const std::vector<int>& contacts) const {
+  double change = 0;  // [m/s^2]
+  for (const int i : contacts)
+    change += 2 * info_.contacts[i].mu * dynamics_.normal_force(i) * scales_.tangential_delassus(i);
+  return kOfTolerance * tolerance_ / change;
+}
+
+/// A step of at most h [s] with directions held. @param in_middle  those in the middle of the step, which are looked for
+bool EventDrivenRun::hold_directions(const std::vector<int>& contacts, double h, bool in_middle) {
   if (!accelerate()) return false;
   functions_.begin(ends_.q0.data(), ends_.v0.data());
   for (bool is_free = false; !is_free;) {  // no other contact changes its mode
-    if (!hold_middle_directions(contacts, h) || !step_.take(h, nullptr) || !step_.finish())
+    if ((in_middle && !hold_middle_directions(contacts, h)) || !step_.take(h, nullptr) || !step_.finish())
       return stop(Status::inner_solver_failed, fmt::format("no motion follows the begin of slip at contact '{}'",
                                                            info_.contacts[contacts.front()].name));
     const DetectedEvent event = functions_.find(ends_, contacts);
@@ -542,7 +627,8 @@ bool EventDrivenRun::start_slip_at_held_directions() {
     for (const int i : contacts) dynamics_.hold_direction(i, nullptr);
     return false;
   }
-  if (!sensitivity_->take_slip_start(ends_, h, contacts)) return stop_undetermined();
+  if (sensitivity_ && !sensitivity_->take_slip_start(ends_, h, contacts)) return stop_undetermined();
+  if (!in_middle) record_motion(t_ + h);
   if (!sample_until(t_ + h)) return false;
   ends_.q0 = ends_.q1;
   ends_.v0 = ends_.v1;

@@ -62,9 +62,12 @@ class EventDrivenRun {
   bool start_slip();
   bool hold_middle_directions(const std::vector<int>& contacts, double h);
   bool start_slip_at_held_directions();
+  bool hold_directions(const std::vector<int>& contacts, double h, bool in_middle);
+  double harmless_length(const std::vector<int>& contacts) const;
   bool has_started(const std::vector<int>& contacts);
   bool sample_start(double h, const Vector& angles, const std::vector<int>& contacts);
   bool settle_slip(const DetectedEvent& event);
+  bool pass_slip(const DetectedEvent& event);
   void record_motion(double end);
   void record(const DetectedEvent& cause, const Vector& v_minus);
   bool sample_until(double end);
@@ -72,6 +75,9 @@ class EventDrivenRun {
   bool accelerate();
   bool stop(Status status, const std::string& message, FailureReason reason = {});
   bool stop_undetermined();
+  bool stop_too_short();
+  bool stop_accumulation(const DetectedEvent& cause);
+  void shorten(double h, const DetectedEvent& cause);
 
   const Problem& problem_;
   const ProblemInfo& info_;
@@ -100,9 +106,11 @@ class EventDrivenRun {
   double t_ = 0, h_ = 0;        // [s]; the length of the next step
   float last_log_error_ = -13;  // e_before of (1), binary logarithm
   double last_event_ = -1;      // [s]
+  double last_pass_ = -1;       // [s], of slip in space that has slowed down to v_stop
   int next_sample_ = 1;
   int standstills_ = 0;  // consecutive events at the same time, up to rounding
   bool was_rejected_ = false;
+  DetectedEvent shortened_by_;  // the last step that became shorter; none: by its error
 };
 
 }  // namespace ricochet

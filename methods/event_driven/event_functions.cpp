@@ -80,9 +80,9 @@ EventFunctions::EventFunctions(const Problem& problem, const ContactScales& scal
   if (info_.has_friction()) problem.tangent_jacobian(info_.q0.data(), packed_t_.data());
 }
 
-/// J_t at q, if it varies.
+/// J_t of the closed contacts at q, if it varies.
 void EventFunctions::set_positions(const double* q) {
-  if (slips_ && curved_tangents_) problem_.tangent_jacobian(q, packed_t_.data());
+  if (slips_ && curved_tangents_) problem_.tangent_jacobian_of(dynamics_.closed(), q, packed_t_.data());
 }
 
 /// J_t' v at the positions that were set.
@@ -101,7 +101,7 @@ double EventFunctions::slip_speed(int contact, const double* v) const {
 }
 
 void EventFunctions::slip_velocity(int contact, const double* q, const double* v, double* v_t) {
-  if (curved_tangents_) problem_.tangent_jacobian(q, packed_t_.data());
+  if (curved_tangents_) problem_.tangent_jacobian_of({&contact, 1}, q, packed_t_.data());
   tangent_dots(info_.contacts[contact], v, v_t);
 }
 
@@ -123,6 +123,21 @@ EventFunctions::Rest EventFunctions::rest(int contact, const Vector& q, const Ve
   const double w = std::hypot(w_t[0], w_t[1]);
   const double distance = std::abs(v_t[0] * w_t[1] - v_t[1] * w_t[0]) / w;
   return {std::hypot(v_t[0], v_t[1]), -(v_t[0] * w_t[0] + v_t[1] * w_t[1]) / (w * w), distance, distance / w};
+}
+
+int EventFunctions::slowest_slip(const Vector& v) const {
+  int slowest = -1;
+  double least = std::numeric_limits<double>::infinity();
+  for (const Function& f : functions_) {
+    if (f.kind != SwitchKind::slip_stops) continue;
+    double v_t[2]{0, 0};
+    tangent_dots(info_.contacts[f.contact], v.data(), v_t);
+    const double speed = std::hypot(v_t[0], v_t[1]);
+    if (speed >= least) continue;
+    least = speed;
+    slowest = f.contact;
+  }
+  return slowest;
 }
 
 void EventFunctions::find_slow(int contact, const Vector& q, const Vector& v, std::vector<int>& slow) {
@@ -298,7 +313,7 @@ double EventFunctions::value(const DetectedEvent& event, const double* q, const 
     case SwitchKind::slip_stops:
     case SwitchKind::slip_turns:
     case SwitchKind::edge_left:
-      if (curved_tangents_) problem_.tangent_jacobian(q, packed_t_.data());
+      if (curved_tangents_) problem_.tangent_jacobian_of(dynamics_.closed(), q, packed_t_.data());
   }
   return function({event.kind, event.contact}, v) + event.level;
 }
@@ -356,7 +371,7 @@ void EventFunctions::find_closing(const Function& f, const StepEnds& ends, Detec
   }
   const auto closing = gaps_.first_closing(f.contact, allowed);
   if (!closing && (gaps_.end() < 1 || f.right >= 0 || f.from_zero)) {
-    is_exact_ = is_exact_ && !is_near;
+    if (is_near) inexact_ = {f.kind, f.contact};
     return;
   }
   double from = closing ? closing.from : 0;
@@ -457,7 +472,7 @@ void EventFunctions::find_closings(const StepEnds& ends, DetectedEvent& first) {
 DetectedEvent EventFunctions::find(const StepEnds& ends, const std::vector<int>& beginning) {
   evaluate(ends.q1.data(), ends.v1.data());
   forces_at_ = kNowhere;
-  is_exact_ = true;
+  inexact_ = {};
   bool is_near = false;
   for (Function& f : functions_) {
     f.is_near = f.kind == SwitchKind::gap_closes && !stays_open(f, ends);
@@ -540,7 +555,7 @@ void EventFunctions::find_hidden(const StepEnds& ends, DetectedEvent& first) {
     loads_->hold_direction(f.contact, held);
   }
   const auto fall = loads_->first_fall(first ? first.theta : 1);
-  if (!first && !fall && loads_->is_near_zero()) is_exact_ = false;
+  if (!first && !fall && loads_->is_near_zero()) inexact_ = {SwitchKind::slip_stops, slowest_slip(ends.v0)};
   const double before = first ? first.theta : 2;
   for (std::size_t k = 0; fall && k < load_function_.size(); ++k) {
     if (!loads_->has_fallen(k)) continue;

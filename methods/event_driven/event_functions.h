@@ -82,7 +82,11 @@ class EventFunctions {
   /// with the step: its end is not looked for
   DetectedEvent find(const StepEnds& ends, const std::vector<int>& beginning = {});
   /// Whether the interpolation of the step of the last find() is exact enough to exclude that a gap closes.
-  bool is_exact() const { return is_exact_; }
+  bool is_exact() const { return !inexact_; }
+  /// The function that may vanish there.
+  const DetectedEvent& inexact() const { return inexact_; }
+  /// The contact of the slowest slip at velocity v, at the last positions; -1 where none slips.
+  int slowest_slip(const Vector& v) const;
   /// The right end of the step of the last find() becomes the left end. @param v  there
   void advance(const Vector& v);
 
@@ -157,7 +161,7 @@ class EventFunctions {
   std::optional<LoadSearch> loads_;         // if slip or time requires it
   std::vector<std::size_t> load_function_;  // of functions_, by function of loads_
   Vector path_error_;
-  bool is_exact_ = true;
+  DetectedEvent inexact_;
   static constexpr double kNowhere = -1;
   double forces_at_ = kNowhere;  // where in the step the dynamics has its forces
   double lowest_stage_ = 2;      // c of the first stage with a negative force, above 1: none

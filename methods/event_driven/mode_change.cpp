@@ -29,6 +29,7 @@ ModeChange::ModeChange(const Problem& problem, ContactScales& scales, ModeDynami
                dynamics_.set_modes(modes, q.data(), v.data());
                return dynamics_.project(q.data(), v.data());
              }),
+      slow_slip_(problem, scales, law_),
       modes_(problem.info().contacts.size(), ContactMode::open) {
   for (auto* list : {&touching_, &beginning_}) list->reserve(modes_.size());
   after_.reserve(modes_.size());
@@ -133,7 +134,7 @@ void ModeChange::find_idle(const std::vector<ContactMode>& before, const Vector&
     if (!is_closed(before[i]) || stays(i) || std::abs(law_.normal_velocity(i, v)) > scales_.no_drift(i) ||
         std::abs(gap_acceleration(i, q, v)) > no_acceleration_)
       continue;
-    idle_.push_back(i);
+    if (std::ranges::count(idle_, i) == 0) idle_.push_back(i);
     group_.let_sink(i);
   }
 }
@@ -190,15 +191,52 @@ ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::ve
           group_.apply({.contact = cause.contact, .has_sunk = cause.level > 0}, before, v_minus_, touching_, q, v);
     group_.accept();
   }
-  outcome = close(cause, before, outcome, q, v, stopped);
+  if (slow_slip_.makes_no_progress()) return no_progress();
+  const bool may_hold = touching_.size() > 1 && slow_slip_.is_followed_enough();
+  outcome = close(cause, before, outcome, q, v, stopped, may_hold);
   group_.add_left();
   return outcome;
 }
 
+/// Names the contacts that slip, with their velocities.
+ModeChange::Outcome ModeChange::no_progress() const {
+  Outcome outcome{Status::step_limit, {}, {FailureCode::not_stated, {}}};
+  std::string names;
+  for (const int i : touching_) {
+    if (info_.contacts[i].n_t == 0 || modes_[i] == ContactMode::stick) continue;
+    double v_t[2]{0, 0};
+    law_.slip_velocity(i, v_minus_, v_t);
+    const std::string& name = info_.contacts[i].name;
+    names += fmt::format("{}'{}' (slip {:.3g} m/s, gap rate {:.3g} m/s)", names.empty() ? "" : ", ", name,
+                         std::hypot(v_t[0], v_t[1]), law_.normal_velocity(i, v_minus_));
+    outcome.reason.contacts.push_back(name);
+  }
+  outcome.message = fmt::format("contacts stick, slip and part in turn {} times without progress in time: {}",
+                                slow_slip_.row(), names);
+  return outcome;
+}
+
+/// The forces and modes of closed_: of contacts with slow slip those that stick, if that is consistent. False where
+/// the contact law has no solution.
+bool ModeChange::find_forces(const Vector& q, const Vector& v) {
+  do {
+    do {
+      const bool is_solved = (closed_.empty() && idle_.empty()) ||
+                             law_.contact_forces(q, v, closed_, lambda_n_, lambda_t_) == LcpStatus::solved;
+      if (!is_solved && !slow_slip_.release_all(closed_)) return false;
+      if (is_solved && !slow_slip_.release(closed_)) break;
+    } while (true);
+  } while (group_.leave_wedge(closed_, lambda_n_) || add_pressed(q, v));
+  return true;
+}
+
 /// Sets in the dynamics which contacts stay closed after the impacts, and moves (q, v) to where they have no gap and rate.
+/// @param may_hold  whether slow slip may count as rest
 ModeChange::Outcome ModeChange::close(const DetectedEvent& cause, const std::vector<ContactMode>* before,
-                                      Outcome outcome, Vector& q, Vector& v, const std::vector<int>& stopped) {
+                                      Outcome outcome, Vector& q, Vector& v, const std::vector<int>& stopped,
+                                      bool may_hold) {
   std::vector<ContactMode>& next = modes_;
+  if (may_hold) modes_held_ = modes_;
   beginning_.clear();
   closed_.clear();
   if (!touching_.empty()) {
@@ -209,12 +247,10 @@ ModeChange::Outcome ModeChange::close(const DetectedEvent& cause, const std::vec
       return failed(Status::infeasible, FailureCode::painleve, "Painleve's paradox: slip pulls the bodies together",
                     closed.contact);
     }
-    do {
-      if (!(closed_.empty() && idle_.empty()) &&
-          law_.contact_forces(q, v, closed_, lambda_n_, lambda_t_) != LcpStatus::solved)
-        return failed(Status::infeasible, FailureCode::inconsistent, "the contact law has no solution",
-                      closed_.empty() ? idle_.front() : closed_.front().contact);
-    } while (group_.leave_wedge(closed_, lambda_n_) || add_pressed(q, v));
+    slow_slip_.hold(closed_, v, may_hold ? impacts_.rest().low_speed(q, v, impacts_.candidates()) : -1);
+    if (!find_forces(q, v))
+      return failed(Status::infeasible, FailureCode::inconsistent, "the contact law has no solution",
+                    closed_.empty() ? idle_.front() : closed_.front().contact);
     for (const auto& closed : closed_) gap_acceleration_[closed.contact] = law_.gap_acceleration(closed.contact);
     law_.decide_unloaded(q, v, closed_, lambda_n_, lambda_t_);
   }
@@ -245,8 +281,23 @@ ModeChange::Outcome ModeChange::close(const DetectedEvent& cause, const std::vec
     dynamics_.hold_direction(i, d);
     beginning_.push_back(i);
   }
+  if (may_hold) {
+    q_held_ = q;
+    v_held_ = v;
+  }
   if (!dynamics_.project(q.data(), v.data()))
     return {Status::inner_solver_failed, ModeDynamics::kUndetermined, {}, outcome.has_impact};
+  if (may_hold && !slow_slip_.is_explained(q_held_, v_held_, v)) {
+    q = q_held_;
+    v = v_held_;
+    modes_ = modes_held_;
+    return close(cause, before, outcome, q, v, stopped, false);
+  }
+  if (may_hold && slow_slip_.has_held()) {  // which may have turned the slip of the other contacts
+    outcome.captures = true;
+    const bool leaves = cause.kind == SwitchKind::force_vanishes;
+    return close(leaves ? cause : DetectedEvent(), &modes_, outcome, q, v, {}, false);
+  }
   return outcome;
 }
 

@@ -9,6 +9,7 @@
 #include "methods/contact_laws/impact_solver.h"
 #include "methods/event_driven/event_functions.h"
 #include "methods/event_driven/mode_dynamics.h"
+#include "methods/event_driven/slow_slip.h"
 
 namespace ricochet {
 
@@ -50,6 +51,13 @@ class ModeChange {
     bool captures = false;  ///< a group came to rest (group_rest.h)
   };
 
+  /// Before a run.
+  void restart(double tolerance) { slow_slip_.restart(tolerance); }
+  /// Before decide(): counts the event. @param since  time since the last one [s]
+  void count(const DetectedEvent& cause, double since) { slow_slip_.count(cause, since); }
+  /// Whether slow slip counts as rest at the events counted so far.
+  bool holds_slow_slip() const { return slow_slip_.is_followed_enough(); }
+
   /// After it: dynamics with the new modes, (q, v) with v+. @param modes  before; null at the start of a run
   /// @param stopped  contacts whose slip ends besides that of the cause
   Outcome decide(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Vector& q, Vector& v,
@@ -67,8 +75,10 @@ class ModeChange {
 
  private:
   Outcome failed(Status status, FailureCode code, const std::string& what, int contact) const;
+  Outcome no_progress() const;
   Outcome close(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Outcome outcome, Vector& q,
-                Vector& v, const std::vector<int>& stopped);
+                Vector& v, const std::vector<int>& stopped, bool may_hold);
+  bool find_forces(const Vector& q, const Vector& v);
   void set_closed(const DetectedEvent& cause, const std::vector<ContactMode>* modes, const Vector& q, const Vector& v,
                   const std::vector<int>& stopped);
   bool is_low(int contact, const Vector& q, const Vector& v_minus);
@@ -87,6 +97,7 @@ class ModeChange {
   ImpactSolver law_;
   ImpactSequence impacts_;
   GroupCapture group_;
+  SlowSlip slow_slip_;
   std::vector<int> touching_, beginning_;
   std::vector<int> idle_;
   double no_acceleration_ = 0;  // of (3)
@@ -94,6 +105,8 @@ class ModeChange {
   std::vector<ContactAfterImpact> after_;
   std::vector<ImpactSolver::ClosedContact> closed_;
   Vector Lambda_n_, Lambda_t_, lambda_n_, lambda_t_, v_minus_, bias_, gap_acceleration_;
+  std::vector<ContactMode> modes_held_;  // before slow slip is removed
+  Vector q_held_, v_held_;
 };
 
 }  // namespace ricochet

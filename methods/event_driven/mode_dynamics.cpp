@@ -305,6 +305,7 @@ bool ModeDynamics::project(double* q, double* v) {
   for (Eigen::Index r = 0; r < n; ++r) rates_[r] = rows_[r].tangent < 0 ? gap[rows_[r].contact] : 0;
   correct(q);
   law_ = forces;
+  if (kind_ == Kind::factors) set_columns(q, v);  // (4) is evaluated with those of C
   return std::isfinite(std::accumulate(v, v + info_.n_q, std::accumulate(q, q + info_.n_q, 0.0)));
 }
 

@@ -139,6 +139,20 @@ TEST(EventDriven, FewCoordinatesAndManyHaveTheSameForces) {
   }
 }
 
+/// Block i of a column starts at speed i / n and slides on the block below. All are braked by mu g, the lowest stops first,
+/// and none pushes another: each moves on by v^2 / (2 mu g). From 9 blocks on, accelerations are those by factors.
+TEST(EventDriven, FewBlocksAndManyAreBrakedAlike) {
+  for (const int n : {8, 9, 20}) {
+    const auto problem = make_problem("block_column", {{"n", static_cast<double>(n)}});
+    const Solution solution = solve(*problem, "prince-dormand-8-7", 1e-8);
+    ASSERT_TRUE(solution.succeeded()) << solution.message;
+    for (int i = 0; i < n; ++i) {
+      const double v = problem->info().v0[2 * i];
+      EXPECT_NEAR(solution.q[2 * i], v * v / (2 * 0.5 * 9.81), 1e-8) << "block " << i + 1 << " of " << n;
+    }
+  }
+}
+
 class Pair : public testing::TestWithParam<std::string> {};
 
 /// The tolerance is kept where the motion oscillates a hundred times and bounces twice.
