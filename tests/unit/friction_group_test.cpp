@@ -35,7 +35,7 @@ std::unique_ptr<Problem> column(int n, double gap, double turn) {
       "column");
 }
 
-Solution solve(const Problem& problem, double tolerance) {
+Solution event_driven(const Problem& problem, double tolerance) {
   Settings settings;
   settings.tolerance = tolerance;
   settings.recording = Recording::grid;
@@ -60,7 +60,7 @@ void expect_valid(const Problem& problem, const Solution& solution, double toler
 TEST(ColumnOfBlocks, StandsAfterItsFall) {
   constexpr int n = 20;
   const auto problem = column(n, 1e-3, 0);
-  const Solution solution = solve(*problem, 1e-6);
+  const Solution solution = event_driven(*problem, 1e-6);
   ASSERT_TRUE(solution.succeeded()) << solution.message;
   expect_valid(*problem, solution, 1e-6);
   for (int i = 0; i < n; ++i) EXPECT_NEAR(solution.q[3 * i + 1], (i + 0.5) * kHeight, 1e-6) << "block " << i + 1;
@@ -71,7 +71,7 @@ TEST(ColumnOfBlocks, StandsAfterItsFall) {
 TEST(ColumnOfBlocks, StandsAfterItsBlocksHaveRocked) {
   constexpr int n = 4;
   const auto problem = column(n, 1e-3, 2e-3);
-  const Solution solution = solve(*problem, 1e-6);
+  const Solution solution = event_driven(*problem, 1e-6);
   ASSERT_TRUE(solution.succeeded()) << solution.message;
   expect_valid(*problem, solution, 1e-6);
   for (int i = 0; i < n; ++i) EXPECT_NEAR(solution.q[3 * i + 1], (i + 0.5) * kHeight, 1e-6) << "block " << i + 1;
@@ -82,7 +82,7 @@ TEST(ColumnOfBlocks, StandsAfterItsBlocksHaveRocked) {
 /// microsecond.
 TEST(SpherePile, TenSpheresReachTheEnd) {
   const auto problem = make_problem("sphere_pile", {{"n", 10.0}});
-  const Solution solution = solve(*problem, 1e-6);
+  const Solution solution = event_driven(*problem, 1e-6);
   ASSERT_TRUE(solution.succeeded()) << solution.message;
   expect_valid(*problem, solution, 1e-6);
 }
