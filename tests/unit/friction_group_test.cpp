@@ -47,12 +47,13 @@ double kinetic_energy(const Problem& problem, const Vector& q, const Vector& v) 
 }
 
 /// No gap is below -4 heights, each the tolerance times a size of 1. No impact adds kinetic energy, up to what moving the
-/// state into the modes that follow does: velocities change by less than the tolerance of their size.
+/// state into the modes that follow does: velocities change by less than the tolerance of their size, energies by twice
+/// that (seen 1.5).
 void expect_valid(const Problem& problem, const Solution& solution, double tolerance) {
   for (const Sample& sample : solution.samples) {
     EXPECT_GE(problem.gap(sample.q).minCoeff(), -4 * tolerance) << sample.t;
     const double before = kinetic_energy(problem, sample.q, sample.v_minus);
-    EXPECT_LE(kinetic_energy(problem, sample.q, sample.v_plus), (1 + tolerance) * before) << sample.t;
+    EXPECT_LE(kinetic_energy(problem, sample.q, sample.v_plus), (1 + 2 * tolerance) * before) << sample.t;
   }
 }
 
