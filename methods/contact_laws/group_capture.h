@@ -15,9 +15,8 @@ namespace ricochet {
 /// contacts, which are exact up to rounding, may end an accumulation before. Contacts that the impacts have left, and those
 /// that have sunk, need no more bounces.
 ///
-/// A group that is not at rest is refused, and its contacts may sink: such an open contact closes where its gap has
-/// fallen by capture_height() below zero, or below its gap if that is negative. GroupRest::is_too_low() ends the
-/// run.
+/// A group that is not at rest is refused, and its contacts may sink: such an open contact closes where
+/// find_sunk_closing() says. GroupRest::is_too_low() ends the run.
 class GroupCapture {
  public:
   /// Moves (q, v) to where the closed contacts have neither gaps nor rates, and sticking ones no slip. False when that
@@ -55,9 +54,6 @@ class GroupCapture {
   void add_left();
   /// Before an instant.
   void begin();
-
-  /// Gap below zero at which an open contact that may sink closes [m]. @param gap  where the step begins
-  double level(int contact, double gap) const { return scales_.capture_height(contact) - std::min(gap, 0.0); }
 
  private:
   bool is_slow(int contact, const Eigen::Ref<const Vector>& v) const;

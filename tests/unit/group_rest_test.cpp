@@ -96,6 +96,16 @@ INSTANTIATE_TEST_SUITE_P(Counts, SettledDiscsOfFesd,
                            return fmt::format("{}DiscsWithE{:.0f}", info.param.n, 100 * info.param.e);
                          });
 
+/// Discs that bounce in a wedge, and sank by one height at each bounce until they passed through each other.
+TEST(DiscsOfASeed, DoNotSinkDeeperAtEachBounce) {
+  for (const double seed : {2.0, 6.0}) {
+    const auto problem = make_problem("balls_in_box", {{"n", 8.0}, {"e", 0.3}, {"seed", seed}});
+    const Solution solution = solve(*problem, 1e-6, {}, kFesd);
+    ASSERT_TRUE(solution.succeeded()) << seed << ": " << solution.message;
+    for (const Sample& sample : solution.samples) EXPECT_GE(problem->gap(sample.q).minCoeff(), -4e-6) << sample.t;
+  }
+}
+
 /// Impacts before a time, one of each instant.
 std::vector<Event> impacts_before(const Solution& solution, double t) {
   std::vector<Event> impacts;
