@@ -5,8 +5,17 @@
 #include <vector>
 
 #include "methods/contact_laws/impact_sequence.h"
+#include "problems/solution.h"
 
 namespace ricochet {
+
+/// What happens to groups of contacts at an instant.
+struct GroupInstant {
+  CapturedGroup capture{};      ///< without its time; no contacts: none
+  std::vector<int> wedge{};     ///< contacts of a wedge that is left open
+  std::vector<int> refused{};   ///< contacts of groups that are not at rest,
+  std::vector<double> rates{};  ///< and their normal velocities after the impacts [m/s]
+};
 
 /// Closes a group of contacts that is at rest by (1)-(4) of group_rest.h, at the left end of a step or element, after
 /// the impacts of that instant.
@@ -50,8 +59,10 @@ class GroupCapture {
 
   /// Contacts that may sink since the last begin().
   const std::vector<int>& refused() const { return refused_; }
-  /// After the other contacts are closed: adds those that the impacts have left to refused().
-  void add_left();
+  /// What the instant since the last begin() has done to groups; the runs record it (group_record.h).
+  const GroupInstant& instant() const { return instant_; }
+  /// After the other contacts are closed: adds those that the impacts have left to refused(). @param v  there
+  void add_left(const Vector& v);
   /// Before an instant.
   void begin();
 
@@ -65,6 +76,8 @@ class GroupCapture {
   bool drop_high_bounces(const Vector& q, const Vector& v);
   bool move_to_rest(const std::vector<ContactMode>* before, Vector& q, Vector& v);
   bool add_approaching(const Vector& v);
+  void refuse_wedge(const std::vector<int>& wedge);
+  CapturedGroup removed() const;
 
   const ProblemInfo& info_;
   const ContactScales& scales_;
@@ -72,6 +85,7 @@ class GroupCapture {
   ImpactSequence& impacts_;
   Move move_;
   std::vector<int> group_, refused_;
+  GroupInstant instant_;
   double low_speed_ = 0;  // of group_
   std::vector<ContactMode> held_;
   std::vector<int> low_bounces_;    // n_c

@@ -52,7 +52,8 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       check_(problem, StepCheck::kTolerances * tolerance_),
       border_(problem, settings),
       progress_(info_, kStepsPerMark, kLeastProgress),
-      spans_(problem) {
+      spans_(problem),
+      groups_(problem.info()) {
   workspace.start(tolerance_);
   if (settings.sensitivities.empty()) return;
   sensitivity_.emplace(problem, std::get<EmbeddedTableau>(formula), scales_, dynamics_, settings);
@@ -350,7 +351,7 @@ bool EventDrivenRun::change_modes(const DetectedEvent& cause) {
   const auto outcome = mode_change_.decide(cause, is_first ? nullptr : &before_, ends_.q0, ends_.v0, stopped_);
   stopped_.clear();
   if (outcome.status != Status::success) return stop(outcome.status, outcome.message, outcome.reason);
-  if (sensitivity_ && outcome.captures)
+  if (sensitivity_ && mode_change_.groups().capture.n_contacts > 0)
     return stop(Status::infeasible, "no derivatives pass contacts that come to rest as a group");
   if (is_first) {
     for (auto& mode : before_) mode = ContactMode::open;
@@ -365,6 +366,8 @@ bool EventDrivenRun::change_modes(const DetectedEvent& cause) {
   standstills_ = is_soon ? standstills_ + 1 : 0;
   last_event_ = t_;
   if (standstills_ > kMaxStandstills)
+  if (!groups_.add(t_, mode_change_.groups(), solution_))
+    return stop(Status::step_limit, groups_.message(), groups_.reason());
     return stop(Status::step_limit,
                 fmt::format("events accumulate at contact '{}'", info_.contacts[cause.contact].name));
   record(cause, outcome.has_impact ? v_minus_ : ends_.v0);

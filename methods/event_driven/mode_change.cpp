@@ -135,12 +135,11 @@ ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::ve
     outcome.has_impact = impacts.n_impacts > 0;
     const bool settles = outcome.has_impact || (cause && cause.kind == SwitchKind::gap_closes);
     if (settles)
-      outcome.captures =
-          group_.apply({.contact = cause.contact, .has_sunk = cause.level > 0}, before, v_minus_, touching_, q, v);
+      group_.apply({.contact = cause.contact, .has_sunk = cause.level > 0}, before, v_minus_, touching_, q, v);
     group_.accept();
   }
   outcome = close(cause, before, outcome, q, v, stopped);
-  group_.add_left();
+  group_.add_left(v);
   return outcome;
 }
 

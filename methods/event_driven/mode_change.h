@@ -39,7 +39,6 @@ class ModeChange {
     std::string message;
     FailureReason reason;
     bool has_impact = false;
-    bool captures = false;  ///< a group came to rest (group_rest.h)
   };
 
   /// After it: dynamics with the new modes, (q, v) with v+. @param modes  before; null at the start of a run
@@ -49,6 +48,7 @@ class ModeChange {
 
   /// Open contacts that may sink before they close again (group_capture.h).
   const std::vector<int>& refused() const { return group_.refused(); }
+  const GroupInstant& groups() const { return group_.instant(); }
   /// See ImpactSequence.
   void keep_impacts(std::vector<ImpactSequence::Impact>* impacts) { impacts_.keep_impacts(impacts); }
 

@@ -280,7 +280,7 @@ bool ElementStartSolver::stands_still(const LeftEnd& at) {
 void ElementStartSolver::set_sinking(const LeftEnd& at) {
   at.start.sinks.clear();
   sinks_next_ = sinks_;
-  groups_.add_left();
+  groups_.add_left(at.stages().v0);
   for (const int i : groups_.refused()) sinks_next_[i] = 1;
   for (const int i : impacts_.candidates()) {
     if (still_approaches(at, i)) sinks_next_[i] = 1;

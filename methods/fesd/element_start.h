@@ -107,6 +107,8 @@ class ElementStartSolver {
   /// A contact whose gap is too far below zero for a motion (group_capture.h), at the end q of the element that has this
   /// start; -1: none. Only those that may sink get there.
   int sunk(const ElementStart& start, const Vector& q);
+  /// What the start that begin() has made last has done to groups.
+  const GroupInstant& groups() const { return groups_.instant(); }
   /// Closes groups at rest at the start that is tried next, however few of their bounces were followed: elements for
   /// flights of a few roundings fail. False where that has been tried.
   bool settle();
@@ -140,9 +142,9 @@ class ElementStartSolver {
   void clear(const LeftEnd& at) const;
   void divide_touching(const LeftEnd& at);
   bool has_groups() const { return !sinks_.empty(); }
+  bool has_sunk(const Switch& end) const;
   bool come_to_rest(const LeftEnd& at);
   bool remove_gaps(const LeftEnd& at);
-  bool has_sunk(const Switch& end) const;
   bool move_to(std::span<const ContactMode> modes, Vector& q, Vector& v);
   bool is_let_go(int contact) const;
   bool is_above(int contact) const;

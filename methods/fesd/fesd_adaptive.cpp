@@ -195,7 +195,7 @@ AdaptiveRun::Next AdaptiveRun::after_failure(const Attempt& attempt, Status stat
 bool AdaptiveRun::accept(const Attempt& attempt) {
   const FesdStep& step = solver_.step();
   const double next = attempt.is_last && step.H == attempt.H ? T_ : t_ + step.H;
-  if (!run_.accept(step, solver_.previous_step(), t_, next)) return false;
+  if (!run_.accept(step, solver_.previous_step(), t_, next, solver_.groups())) return false;
   if (const int contact = solver_.sunk(); contact >= 0) {
     stop(Status::infeasible, fmt::format("from t = {:.12g} s: ", t_),
          fmt::format("bodies pass through each other at contact '{}'", info_.contacts[contact].name));

@@ -98,6 +98,8 @@ class PivotingSolver {
   /// ElementStartSolver::sunk() at the end of a step of one element.
   int sunk() { return start_solver_.sunk(buffers_.start_of(0), step().last().q1); }
   /// After a step of one element that failed: closes groups at rest in the next one, if it has not tried that.
+  /// What happened to groups at the start of a step of one element.
+  const GroupInstant& groups() const { return start_solver_.groups(); }
   bool settle() { return start_solver_.settle(); }
   /// After a step of one element that failed: lets the contact of its sign condition open and sink, if it may.
   bool let_go() { return failure().announces_switch() && start_solver_.let_go(failure().violation.contact); }
