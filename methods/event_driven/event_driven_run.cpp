@@ -32,7 +32,7 @@ constexpr double kOfTolerance = 0.1;      // error that ends a slip in space ear
 }  // namespace
 
 EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings, const StepFormula& formula,
-                               EventDrivenWorkspace& workspace, int n_samples)
+                               const CaptureHeight& capture_height, EventDrivenWorkspace& workspace, int n_samples)
     : problem_(problem),
       info_(problem.info()),
       settings_(settings),
@@ -54,7 +54,7 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       progress_(info_, kStepsPerMark, kLeastProgress),
       spans_(problem),
       groups_(problem.info()) {
-  workspace.start(tolerance_);
+  workspace.start(problem, tolerance_, capture_height);
   if (settings.sensitivities.empty()) return;
   sensitivity_.emplace(problem, std::get<EmbeddedTableau>(formula), scales_, dynamics_, settings);
   mode_change_.keep_impacts(&impacts_);
@@ -365,9 +365,9 @@ bool EventDrivenRun::change_modes(const DetectedEvent& cause) {
   for (const int i : mode_change_.refused()) functions_.let_sink(i);
   standstills_ = is_soon ? standstills_ + 1 : 0;
   last_event_ = t_;
-  if (standstills_ > kMaxStandstills)
   if (!groups_.add(t_, mode_change_.groups(), solution_))
     return stop(Status::step_limit, groups_.message(), groups_.reason());
+  if (standstills_ > kMaxStandstills)
     return stop(Status::step_limit,
                 fmt::format("events accumulate at contact '{}'", info_.contacts[cause.contact].name));
   record(cause, outcome.has_impact ? v_minus_ : ends_.v0);

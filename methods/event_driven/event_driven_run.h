@@ -44,7 +44,7 @@ class EventDrivenRun {
   /// @param workspace  of this problem and formula
   /// @param n_samples  of Recording::grid; 0: the ends of the steps
   EventDrivenRun(const Problem& problem, const Settings& settings, const StepFormula& formula,
-                 EventDrivenWorkspace& workspace, int n_samples = 0);
+                 const CaptureHeight& capture_height, EventDrivenWorkspace& workspace, int n_samples = 0);
 
   Solution solve();
 
