@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <limits>
 
 #include "problems/input_error.h"
 #include "problems/names.h"
@@ -54,6 +55,11 @@ double MethodSpec::number_of(const MethodOption& option, double fallback, double
 double MethodSpec::number(const std::string& option, double fallback, double min, double max) const {
   return number_of({option, default_text(fallback, min, max), fmt::format("a number from {} to {}", min, max), {}},
                    fallback, min, max);
+}
+
+double MethodSpec::positive_number(const std::string& option, const std::string& allowed) const {
+  return number_of({option, "", allowed, {}}, 0, std::numeric_limits<double>::denorm_min(),
+                   std::numeric_limits<double>::max());
 }
 
 int MethodSpec::whole_number(const std::string& option, int fallback, int min, int max) const {

@@ -33,6 +33,9 @@ class MethodSpec {
   /// The number given for `option`, or `fallback` if none is given. @throws InputError unless it is a number from `min`
   /// to `max`
   double number(const std::string& option, double fallback, double min, double max) const;
+  /// The number given for `option`, or 0 if none is given. @param allowed  its range, which may depend on the problem
+  /// @throws InputError unless it is a finite number above 0
+  double positive_number(const std::string& option, const std::string& allowed) const;
   /// The whole number given for `option`, or `fallback` if none is given.
   /// @throws InputError unless it is from `min` to `max`
   int whole_number(const std::string& option, int fallback, int min, int max) const;

@@ -169,6 +169,23 @@ const char* to_string(ContactMode mode) {
   return "unknown";
 }
 
+double Solution::captured_height() const {
+  double sum = 0;
+  for (const auto& capture : captures) sum += capture.height;
+  return sum;
+}
+
+double Solution::captured_speed() const {
+  double sum = 0;
+  for (const auto& capture : captures) sum += capture.speed;
+  return sum;
+}
+
+void Solution::cut_groups(double t_end) {
+  std::erase_if(captures, [&](const CapturedGroup& capture) { return capture.t > t_end; });
+  std::erase_if(wedges, [&](const OpenWedge& wedge) { return wedge.t > t_end; });
+}
+
 double Solution::max_residual() const {
   double largest = -1;
   for (const auto& residual : residuals) largest = std::max(largest, residual.value);

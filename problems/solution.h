@@ -147,6 +147,24 @@ struct Residual {
   std::int64_t impossible = 0;  ///< points at which the equation has no solution whatever its unknowns; not in `value`
 };
 
+/// A group of contacts that was closed at one instant, in place of infinitely many impacts that become ever lower
+/// (methods/contact_laws/group_rest.h). Its numbers are those of the motion normal to the contacts that was removed; by
+/// (3) there, they bound the change of the state.
+struct CapturedGroup {
+  double t = 0;        ///< [s]
+  int n_contacts = 0;  ///< of the group
+  double height = 0;   ///< largest gap, or height of the next bounce, of one of its contacts [m]
+  double speed = 0;    ///< largest normal velocity of one of its contacts [m/s]
+};
+
+/// Contacts between which a body may be held or fall through, whichever limit is taken: their gaps and impacts are at a
+/// jump of the motion with the data, as in a box that is exactly as wide as a row of discs. The run has taken the limit
+/// in which they are open (methods/contact_laws/group_rest.h (4)).
+struct OpenWedge {
+  double t = 0;               ///< [s]
+  std::vector<int> contacts;  ///< numbers of the contacts, ascending
+};
+
 /// The step in which a run leaves its region, and which is not part of the run. Times count from the begin of that
 /// step. If `inside` and `outside` are equal, v jumps there.
 struct RegionExit {
@@ -181,6 +199,12 @@ struct Solution {
   /// Residuals of the method's own equations, evaluated again after every step; filled if the run was audited.
   std::vector<Residual> residuals;
   double max_residual() const;  ///< the largest of them; -1 without an audit
+
+  std::vector<CapturedGroup> captures;  ///< in the order of time, whether events are recorded or not
+  std::vector<OpenWedge> wedges;        ///< the first for each set of contacts that has one of no wedge before
+  double captured_height() const;       ///< sum over the captures [m]
+  double captured_speed() const;        ///< sum over the captures [m/s]
+  void cut_groups(double t_end);        ///< removes captures and wedges after `t_end` [s]
 
   bool succeeded() const { return status == Status::success; }  ///< The end time was reached.
 };

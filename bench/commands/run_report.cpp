@@ -17,6 +17,9 @@ namespace {
 using nlohmann::json;
 using nlohmann::ordered_json;
 
+constexpr const char* kOpenWedge =
+    "are a wedge at a jump of the motion with the data: the motion is one limit of those of neighbouring scenes";
+
 std::string numbers(const Eigen::Ref<const Vector>& x) {
   return fmt::format("{:.15g}", fmt::join(x.begin(), x.end(), "  "));
 }
@@ -67,6 +70,23 @@ void print_events(const RunReport& report, std::size_t shown) {
   }
   print_repeated();
   if (k < solution.events.size()) fmt::print("  and {} more events, see --events\n", solution.events.size() - k);
+}
+
+/// "'disc 5, floor', 'discs 1, 5'"
+std::string names(const std::vector<int>& contacts, const ProblemInfo& info) {
+  std::string text;
+  for (const int i : contacts) text += fmt::format("{}'{}'", text.empty() ? "" : ", ", info.contacts[i].name);
+  return text;
+}
+
+void print_groups(const RunReport& report) {
+  const Solution& solution = report.solution;
+  if (!solution.captures.empty())
+    fmt::print("captures   {} groups of contacts came to rest: {:.3g} m and {:.3g} m/s removed in all\n",
+               solution.captures.size(), solution.captured_height(), solution.captured_speed());
+  for (const OpenWedge& wedge : solution.wedges)
+    fmt::print("note       at t = {:.12g} s {} {}\n", wedge.t, names(wedge.contacts, report.problem.info()),
+               kOpenWedge);
 }
 
 void print_sensitivities(const RunReport& report, std::size_t shown) {
@@ -152,6 +172,26 @@ ordered_json sensitivities_json(const RunReport& report) {
   return all;
 }
 
+ordered_json captures_json(const Solution& solution) {
+  ordered_json groups = ordered_json::array();
+  for (const CapturedGroup& group : solution.captures)
+    groups.push_back(
+        {{"t", group.t}, {"contacts", group.n_contacts}, {"height", group.height}, {"speed", group.speed}});
+  return {{"height", solution.captured_height()}, {"speed", solution.captured_speed()}, {"groups", groups}};
+}
+
+ordered_json notes_json(const Solution& solution, const ProblemInfo& info) {
+  ordered_json notes = ordered_json::array();
+  for (const OpenWedge& wedge : solution.wedges) {
+    ordered_json contacts = ordered_json::array();
+    for (const int i : wedge.contacts) contacts.push_back(info.contacts[i].name);
+    notes.push_back({{"t", wedge.t},
+                     {"contacts", contacts},
+                     {"text", fmt::format("{} {}", names(wedge.contacts, info), kOpenWedge)}});
+  }
+  return notes;
+}
+
 ordered_json or_null(const std::optional<double>& x) {
   return x ? ordered_json(*x) : ordered_json();
 }
@@ -161,7 +201,7 @@ constexpr const char* kRunSchema = R"~({
   "title": "A run of Ricochet",
   "description": "The output of `ricochet run --json`. Units are those of the SI, contacts and components are numbered from 0, numbers have all digits, and null means that a number does not exist. Vectors q and v have one entry per coordinate, without a clock.",
   "type": "object", "additionalProperties": false,
-  "required": ["program", "problem", "method", "settings", "status", "message", "t", "q", "v", "energy", "error", "disagreement", "reference", "events", "initial_modes", "counters", "seconds", "solutions", "sensitivities"],
+  "required": ["program", "problem", "method", "settings", "status", "message", "t", "q", "v", "energy", "error", "disagreement", "reference", "events", "initial_modes", "captures", "notes", "counters", "seconds", "solutions", "sensitivities"],
   "properties": {
     "program": {"type": "string", "description": "Version and revision of the program.", "examples": ["ricochet 0.1.0, revision ab12cd3"]},
     "problem": {"type": "object", "additionalProperties": false, "required": ["id", "title", "parameters", "contacts", "q0", "v0", "T", "until"], "description": "The problem.", "examples": [{"id": "bouncing_ball"}], "properties": {
@@ -213,6 +253,18 @@ constexpr const char* kRunSchema = R"~({
       "Lambda_t": {"$ref": "#/$defs/numbers", "description": "Tangential impulses of all contacts [N s], contact after contact.", "examples": [[]]},
       "modes": {"$ref": "#/$defs/modes", "description": "Modes of all contacts after it; empty if the method has no modes.", "examples": [["open"]]}}}},
     "initial_modes": {"$ref": "#/$defs/modes", "description": "Modes after t = 0; empty if the method has no modes.", "examples": [["open"]]},
+    "captures": {"type": "object", "additionalProperties": false, "required": ["height", "speed", "groups"], "description": "Groups of contacts that were closed at one instant, in place of infinitely many impacts that become ever lower; what this removed bounds the change of the state.", "examples": [{"height": 0, "speed": 0, "groups": []}], "properties": {
+      "height": {"type": "number", "description": "Sum over the groups [m].", "examples": [1.3e-8]},
+      "speed": {"type": "number", "description": "Sum over the groups [m/s].", "examples": [1.7e-3]},
+      "groups": {"type": "array", "description": "The groups, in the order of time.", "items": {"type": "object", "additionalProperties": false, "required": ["t", "contacts", "height", "speed"], "properties": {
+        "t": {"type": "number", "description": "Time [s].", "examples": [0.26]},
+        "contacts": {"type": "integer", "minimum": 2, "description": "Number of contacts of the group.", "examples": [5]},
+        "height": {"type": "number", "description": "Largest gap, or height of the next bounce, of one of its contacts [m].", "examples": [4e-9]},
+        "speed": {"type": "number", "description": "Largest normal velocity of one of its contacts [m/s].", "examples": [3e-4]}}}}}},
+    "notes": {"type": "array", "description": "Where the motion is one limit of those of neighbouring scenes: a wedge of contacts, such as that of a disc above a row exactly as wide as its box, was left open.", "items": {"type": "object", "additionalProperties": false, "required": ["t", "contacts", "text"], "properties": {
+      "t": {"type": "number", "description": "Time [s].", "examples": [0.2587]},
+      "contacts": {"type": "array", "items": {"type": "string"}, "description": "Names of the contacts of the wedge.", "examples": [["discs 1, 5", "discs 2, 5"]]},
+      "text": {"type": "string", "description": "The same as a sentence.", "examples": ["'discs 1, 5', 'discs 2, 5' are a wedge at a jump of the motion with the data: the motion is one limit of those of neighbouring scenes"]}}}},
     "counters": {"type": "object", "additionalProperties": {"type": "integer"}, "description": "Work, counted in the same way by every method.", "examples": [{"steps": 100}]},
     "seconds": {"type": "number", "description": "Wall time of all solutions [s]; one run, not a benchmark.", "examples": [0.002]},
     "solutions": {"type": "integer", "minimum": 1, "description": "Number of solutions in this time; all but one are for differences.", "examples": [1]},
@@ -237,6 +289,7 @@ void print_run(const RunReport& report, std::size_t most_events) {
   fmt::print("problem    {}: {}\nmethod     {}: {}\n", info.id, info.title, report.method, report.method_info.title);
   print_state(report);
   print_events(report, shown);
+  print_groups(report);
   if (report.solution.succeeded()) print_sensitivities(report, shown);
   print_work(report);
   std::fflush(stdout);
@@ -312,6 +365,8 @@ ordered_json run_json(const RunReport& report) {
             {"uncertainty", reference ? ordered_json(reference->uncertainty) : ordered_json()}}},
           {"events", events},
           {"initial_modes", names(solution.initial_modes)},
+          {"captures", captures_json(solution)},
+          {"notes", notes_json(solution, info)},
           {"counters", json(solution.counters)},
           {"seconds", report.seconds},
           {"solutions", report.n_solutions()},

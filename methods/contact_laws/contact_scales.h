@@ -30,7 +30,14 @@ class ContactScales {
   /// Starts a new run: discards all records.
   void restart();
   /// Sets delta / (1) of capture_height(). 0: groups are not captured.
-  void set_capture(double relative_height) { relative_height_ = relative_height; }
+  void set_capture(double relative_height) { set_capture(relative_height, 0, 0); }
+  /// Sets delta itself, the same for all contacts. @param tolerance  relative, of positions
+  /// @param relative  height / (1), the largest
+  void set_capture(double tolerance, double height, double relative) {
+    relative_height_ = tolerance;
+    height_ = height;
+    redundant_ = kRedundantHeights * std::max(tolerance, relative);
+  }
   /// (1) at the left end of a step of length H. @param is_first  of a run
   void begin_step(const double* q, const double* v, double H, bool is_first);
   /// Records a contact that touches. @param J_n  packed; a curved contact may have other entries than where the run
@@ -56,10 +63,10 @@ class ContactScales {
   /// removes it from 1e-13 on). A flight that is no higher cannot be followed.
   double nearly_touching(int contact) const { return kClosedGapRounding * gap_[contact]; }
   /// delta of group_rest.h: bounces of a group that are no higher count as rest [m].
-  double capture_height(int contact) const { return relative_height_ * gap_[contact]; }
+  double capture_height(int contact) const { return height_ > 0 ? height_ : relative_height_ * gap_[contact]; }
   /// Largest part of their terms by which equations of redundant contacts may differ: a group at rest holds its gaps up
   /// to the tolerance, so that they depend on each other up to that, too.
-  double redundant() const { return kRedundantHeights * relative_height_; }
+  double redundant() const { return redundant_; }
   /// The gap that rounding of positions of size 1 + |q| makes, the size that tolerances are relative to. @param J_n  packed
   static double of_positions(const ContactInfo& contact, const double* J_n, const Vector& q) {
     return kGapRounding * packed_terms(contact, J_n + contact.normal_begin, 1 + q.array().abs());
@@ -88,7 +95,7 @@ class ContactScales {
   }
 
   const Problem& problem_;
-  double H_ = 0, relative_height_ = 0;
+  double H_ = 0, relative_height_ = 0, height_ = 0, redundant_ = 0;
   Vector normal_;                         // |J_n|, packed
   Vector load_;                           // n_q, |w| at the start of the run
   Vector G_nn_, G_tt_;                    // n_c, at the last touch

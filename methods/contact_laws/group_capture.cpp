@@ -20,7 +20,8 @@ GroupCapture::GroupCapture(const Problem& problem, const ContactScales& scales, 
       move_(std::move(move)),
       held_(info_.contacts.size(), ContactMode::open),
       low_bounces_(info_.contacts.size(), 0) {
-  for (auto* list : {&group_, &refused_}) list->reserve(held_.size());
+  for (auto* list : {&group_, &refused_, &instant_.wedge, &instant_.refused}) list->reserve(held_.size());
+  instant_.rates.reserve(held_.size());
   closed_.reserve(held_.size());
   lambda_n_.setZero(info_.n_c());
   lambda_t_.setZero(info_.n_lambda_t);
@@ -35,6 +36,9 @@ void GroupCapture::restart() {
 
 void GroupCapture::begin() {
   refused_.clear();
+  instant_.capture = {};
+  for (auto* list : {&instant_.wedge, &instant_.refused}) list->clear();
+  instant_.rates.clear();
   counted_ = -1;
 }
 
@@ -114,15 +118,45 @@ bool GroupCapture::leave_wedge(std::vector<ImpactSolver::ClosedContact>& closed,
   group_.clear();
   for (const auto& contact : closed) group_.push_back(contact.contact);
   const auto& wedge = impacts_.rest().find_wedge(group_, lambda_n);
-  refused_.insert(refused_.end(), wedge.begin(), wedge.end());
+  refuse_wedge(wedge);
   std::erase_if(closed, [&](const auto& contact) { return std::ranges::count(wedge, contact.contact) > 0; });
   return !wedge.empty();
 }
 
-void GroupCapture::add_left() {
+void GroupCapture::refuse_wedge(const std::vector<int>& wedge) {
+  refused_.insert(refused_.end(), wedge.begin(), wedge.end());
+  instant_.wedge.insert(instant_.wedge.end(), wedge.begin(), wedge.end());
+}
+
+void GroupCapture::add_left(const Vector& v) {
   for (const int i : impacts_.candidates()) {
-    if (impacts_.is_left(i)) refused_.push_back(i);
+    if (!impacts_.is_left(i)) continue;
+    refused_.push_back(i);
+    instant_.wedge.push_back(i);
   }
+  instant_.refused.assign(refused_.begin(), refused_.end());
+  for (auto* list : {&instant_.wedge, &instant_.refused}) {
+    std::ranges::sort(*list);
+    list->erase(std::ranges::unique(*list).begin(), list->end());
+  }
+  for (const int i : instant_.refused) instant_.rates.push_back(law_.normal_velocity(i, v));
+}
+
+/// What closing group_ at v_before_ removes: gaps, and bounces of the heights in group_rest.h (2).
+CapturedGroup GroupCapture::removed() const {
+  CapturedGroup capture{.n_contacts = static_cast<int>(group_.size())};
+  const auto rate = [&](int i) { return std::abs(law_.normal_velocity(i, v_before_)); };
+  for (const int i : group_) {
+    capture.speed = std::max(capture.speed, rate(i));
+    capture.height = std::max(capture.height, std::abs(impacts_.gaps()[i]));
+  }
+  for (const auto& closed : closed_) {  // those with a load
+    const int i = closed.contact;
+    if (rate(i) <= scales_.no_approach(i)) continue;
+    const double a = lambda_n_[i] * law_.normal_delassus(i);  // not zero, by (2)
+    capture.height = std::max(capture.height, 0.5 * rate(i) * rate(i) / a);
+  }
+  return capture;
 }
 
 /// Moves (q, v) to where the group has neither gaps nor rates, with the slip of contacts that stuck.
@@ -158,7 +192,7 @@ bool GroupCapture::close(const std::vector<ContactMode>* before, std::vector<int
     if (!drop_high_bounces(q, v) || group_.size() < 2) return false;
     const auto& wedge = impacts_.rest().find_wedge(group_, lambda_n_);
     has_wedge = !wedge.empty();
-    refused_.insert(refused_.end(), wedge.begin(), wedge.end());
+    refuse_wedge(wedge);
     std::erase_if(group_, [&](int i) { return std::ranges::count(wedge, i) > 0; });
   }
   if (std::ranges::none_of(group_, [&](int i) { return flies(i, touching, v); })) return false;
@@ -176,6 +210,7 @@ bool GroupCapture::close(const std::vector<ContactMode>* before, std::vector<int
     for (const int i : group_) {
       if (!std::ranges::binary_search(touching, i)) impacts_.add_touching(i, touching);
     }
+    instant_.capture = removed();
     return true;
   }
   q = q_before_;

@@ -5,8 +5,17 @@
 #include <vector>
 
 #include "methods/contact_laws/impact_sequence.h"
+#include "problems/solution.h"
 
 namespace ricochet {
+
+/// What happens to groups of contacts at an instant.
+struct GroupInstant {
+  CapturedGroup capture{};      ///< without its time; no contacts: none
+  std::vector<int> wedge{};     ///< contacts of a wedge that is left open
+  std::vector<int> refused{};   ///< contacts of groups that are not at rest,
+  std::vector<double> rates{};  ///< and their normal velocities after the impacts [m/s]
+};
 
 /// Closes a group of contacts that is at rest by (1)-(4) of group_rest.h, at the left end of a step or element, after
 /// the impacts of that instant.
@@ -16,9 +25,8 @@ namespace ricochet {
 /// up to rounding, may end an accumulation before. Contacts that the impacts have left, and those that have sunk, need no
 /// more bounces.
 ///
-/// A group that is not at rest is refused, and its contacts may sink: such an open contact closes where its gap has
-/// fallen by capture_height() below zero, or below its gap if that is negative. GroupRest::is_too_low() ends the
-/// run.
+/// A group that is not at rest is refused, and its contacts may sink: such an open contact closes where
+/// find_sunk_closing() says. GroupRest::is_too_low() ends the run.
 class GroupCapture {
  public:
   /// Moves (q, v) to where the closed contacts have neither gaps nor rates, and sticking ones no slip. False when that
@@ -52,14 +60,12 @@ class GroupCapture {
 
   /// Contacts that may sink since the last begin().
   const std::vector<int>& refused() const { return refused_; }
-  void let_sink(int contact) { refused_.push_back(contact); }
-  /// After the other contacts are closed: adds those that the impacts have left to refused().
-  void add_left();
+  /// What the instant since the last begin() has done to groups; the runs record it (group_record.h).
+  const GroupInstant& instant() const { return instant_; }
+  /// After the other contacts are closed: adds those that the impacts have left to refused(). @param v  there
+  void add_left(const Vector& v);
   /// Before an instant.
   void begin();
-
-  /// Gap below zero at which an open contact that may sink closes [m]. @param gap  where the step begins
-  double level(int contact, double gap) const { return scales_.capture_height(contact) - std::min(gap, 0.0); }
 
  private:
   bool is_slow(int contact, const Eigen::Ref<const Vector>& v) const;
@@ -71,6 +77,8 @@ class GroupCapture {
   bool drop_high_bounces(const Vector& q, const Vector& v);
   bool move_to_rest(const std::vector<ContactMode>* before, Vector& q, Vector& v);
   bool add_approaching(const Vector& v);
+  void refuse_wedge(const std::vector<int>& wedge);
+  CapturedGroup removed() const;
 
   const ProblemInfo& info_;
   const ContactScales& scales_;
@@ -78,6 +86,7 @@ class GroupCapture {
   ImpactSequence& impacts_;
   Move move_;
   std::vector<int> group_, refused_;
+  GroupInstant instant_;
   double low_speed_ = 0;  // of group_
   std::vector<ContactMode> held_;
   std::vector<int> low_bounces_;    // n_c

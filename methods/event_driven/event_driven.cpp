@@ -30,16 +30,22 @@ StepFormula formula_argument(const MethodSpec& spec) {
 /// The method made ready for one problem.
 class PreparedEventDriven final : public Solver {
  public:
-  PreparedEventDriven(const Problem& problem, const StepFormula& formula, int n_samples)
-      : problem_(problem), formula_(formula), n_samples_(n_samples), workspace_(problem, formula) {}
+  PreparedEventDriven(const Problem& problem, const StepFormula& formula, const CaptureHeight& capture_height,
+                      int n_samples)
+      : problem_(problem),
+        formula_(formula),
+        capture_height_(capture_height),
+        n_samples_(n_samples),
+        workspace_(problem, formula) {}
 
   Solution solve(const Settings& settings) override {
-    return EventDrivenRun(problem_, settings, formula_, workspace_, n_samples_).solve();
+    return EventDrivenRun(problem_, settings, formula_, capture_height_, workspace_, n_samples_).solve();
   }
 
  private:
   const Problem& problem_;
   const StepFormula& formula_;
+  const CaptureHeight capture_height_;
   const int n_samples_;
   EventDrivenWorkspace workspace_;
 };
@@ -47,7 +53,8 @@ class PreparedEventDriven final : public Solver {
 /// Runge-Kutta steps with error control and located events: event_driven_run.h.
 class EventDriven final : public Method {
  public:
-  explicit EventDriven(const MethodSpec& spec) : id_(spec.text()), formula_(formula_argument(spec)) {
+  explicit EventDriven(const MethodSpec& spec)
+      : id_(spec.text()), formula_(formula_argument(spec)), capture_height_(spec) {
     n_samples_ = spec.whole_number("samples", 0, 0, 10'000'000);
   }
 
@@ -64,11 +71,11 @@ class EventDriven final : public Method {
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
     EventDrivenWorkspace workspace(problem, formula_);
-    return EventDrivenRun(problem, settings, formula_, workspace, n_samples_).solve();
+    return EventDrivenRun(problem, settings, formula_, capture_height_, workspace, n_samples_).solve();
   }
 
   std::unique_ptr<Solver> do_prepare(const Problem& problem) const override {
-    return std::make_unique<PreparedEventDriven>(problem, formula_, n_samples_);
+    return std::make_unique<PreparedEventDriven>(problem, formula_, capture_height_, n_samples_);
   }
 
  private:
@@ -89,13 +96,14 @@ class EventDriven final : public Method {
 
   std::string id_;
   StepFormula formula_;
+  CaptureHeight capture_height_;
   int n_samples_ = 0;
 };
 
 const bool registered = register_method<EventDriven>({
     .name = "event_driven",
-    .usage =
-        "event_driven[:PAIR][,samples=0] or event_driven:@PAIR_FILE or event_driven:radau-iia:STAGES, with --tolerance",
+    .usage = "event_driven[:PAIR][,samples=0][,capture_height=m] or event_driven:@PAIR_FILE or "
+             "event_driven:radau-iia:STAGES, with --tolerance",
     .max_arguments = 2,
     .summary =
         "explicit Runge-Kutta pairs, or Radau IIA, with step control, events located and the step taken again up to them",

@@ -33,7 +33,7 @@ constexpr double kOfTolerance = 0.1;      // error that ends a slip in space ear
 }  // namespace
 
 EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings, const StepFormula& formula,
-                               EventDrivenWorkspace& workspace, int n_samples)
+                               const CaptureHeight& capture_height, EventDrivenWorkspace& workspace, int n_samples)
     : problem_(problem),
       info_(problem.info()),
       settings_(settings),
@@ -53,8 +53,9 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       check_(problem, StepCheck::kTolerances * tolerance_),
       border_(problem, settings),
       progress_(info_, kStepsPerMark, kLeastProgress),
-      spans_(problem) {
-  workspace.start(tolerance_);
+      spans_(problem),
+      groups_(problem.info()) {
+  workspace.start(problem, tolerance_, capture_height);
   mode_change_.restart(tolerance_);
   if (settings.sensitivities.empty()) return;
   sensitivity_.emplace(problem, std::get<EmbeddedTableau>(formula), scales_, dynamics_, settings);
@@ -421,7 +422,7 @@ bool EventDrivenRun::change_modes(const DetectedEvent& cause) {
   const auto outcome = mode_change_.decide(cause, is_first ? nullptr : &before_, ends_.q0, ends_.v0, stopped_);
   stopped_.clear();
   if (outcome.status != Status::success) return stop(outcome.status, outcome.message, outcome.reason);
-  if (sensitivity_ && outcome.captures)
+  if (sensitivity_ && (mode_change_.groups().capture.n_contacts > 0 || outcome.holds_slow_slip))
     return stop(Status::infeasible, "no derivatives pass contacts that come to rest as a group");
   if (is_first) {
     for (auto& mode : before_) mode = ContactMode::open;
@@ -432,9 +433,11 @@ bool EventDrivenRun::change_modes(const DetectedEvent& cause) {
   const bool stands_still = cause && is_soon && (!changes || standstills_ >= kFewStandstills);
   if (stands_still && (cause.kind == SwitchKind::gap_closes || cause.kind == SwitchKind::force_vanishes))
     functions_.let_sink(cause.contact);
-  for (const int i : mode_change_.refused()) functions_.let_sink(i);
+  for (const int i : mode_change_.may_sink()) functions_.let_sink(i);
   standstills_ = is_soon ? standstills_ + 1 : 0;
   last_event_ = t_;
+  if (!groups_.add(t_, mode_change_.groups(), solution_))
+    return stop(Status::step_limit, groups_.message(), groups_.reason());
   if (standstills_ > kMaxStandstills) return stop_accumulation(cause);
   record(cause, outcome.has_impact ? v_minus_ : ends_.v0);
   if (sensitivity_ && !vary_event()) return false;

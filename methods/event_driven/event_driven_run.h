@@ -4,6 +4,7 @@
 #include <string>
 
 #include "methods/contact_laws/force_spans.h"
+#include "methods/contact_laws/group_record.h"
 #include "methods/event_driven/event_driven_workspace.h"
 #include "methods/event_driven/event_sensitivity.h"
 #include "methods/event_driven/slip_start.h"
@@ -43,7 +44,7 @@ class EventDrivenRun {
   /// @param workspace  of this problem and formula
   /// @param n_samples  of Recording::grid; 0: the ends of the steps
   EventDrivenRun(const Problem& problem, const Settings& settings, const StepFormula& formula,
-                 EventDrivenWorkspace& workspace, int n_samples = 0);
+                 const CaptureHeight& capture_height, EventDrivenWorkspace& workspace, int n_samples = 0);
 
   Solution solve();
 
@@ -103,6 +104,7 @@ class EventDrivenRun {
   RegionBorder border_;
   ProgressLimit progress_;
   ForceSpans spans_;
+  GroupRecord groups_;
   double t_ = 0, h_ = 0;        // [s]; the length of the next step
   float last_log_error_ = -13;  // e_before of (1), binary logarithm
   double last_event_ = -1;      // [s]

@@ -2,6 +2,7 @@
 
 #include <memory>
 
+#include "methods/contact_laws/capture_height.h"
 #include "methods/contact_laws/contact_scales.h"
 #include "methods/event_driven/event_functions.h"
 #include "methods/event_driven/mode_change.h"
@@ -22,12 +23,12 @@ struct EventDrivenWorkspace {
   EventDrivenWorkspace(const EventDrivenWorkspace&) = delete;
 
   /// Prepares a run from any state. Its counters start at zero; those of the first run include the work that is done
-  /// only once.
-  void start(double tolerance) {
+  /// only once. @throws InputError as CaptureHeight::set()
+  void start(const Problem& problem, double tolerance, const CaptureHeight& capture_height) {
     if (has_run) counters = {};
     has_run = true;
     scales.restart();
-    scales.set_capture(tolerance);
+    capture_height.set(problem, tolerance, scales);
     dynamics.start(scales.redundant());
     functions.start(tolerance);
     step->start(tolerance);

@@ -4,8 +4,8 @@
 #include <cmath>
 #include <limits>
 
-#include "methods/contact_laws/falling_zero.h"
 #include "methods/contact_laws/group_rest.h"
+#include "methods/contact_laws/sunk_closing.h"
 #include "problems/packed_column.h"
 
 namespace ricochet {
@@ -19,7 +19,6 @@ constexpr double kContradicts = 0.01;  // of a force
 constexpr double kNoForce = 1e-8;      // of a force that is as good as none where the cone is reached
 constexpr double kOfOthers = 1e-6;     // of the largest force: what redundant contacts without a load may have
 constexpr int kSamples = 16;           // of functions without bounds, in a step
-constexpr double kHop = 0.01;          // heights by which it rises in a hop
 constexpr int kMaxHalvings = 50;       // in search of a point after a zero at the left end
 // Speed of slip in space that is left to the run, over the root of the tolerance and the size of slip.
 constexpr double kStop = 0.03;
@@ -393,26 +392,14 @@ void EventFunctions::find_closing(const Function& f, const StepEnds& ends, Detec
     first = {f.kind, f.contact, from, (at_to - at_from) / ((to - from) * ends.h)};
 }
 
-/// Finds where the gap of a contact that may sink is capture_height() below zero. From below that, it is where it falls
-/// below the value at the left end after a hop, or, without one, capture_height() lower than that.
+/// Finds where a contact that may sink closes.
 void EventFunctions::find_sunk(const Function& f, const StepEnds& ends, DetectedEvent& first) {
-  const double height = scales_.capture_height(f.contact), sunk = -std::min(f.left, 0.0);
+  const auto closing = find_sunk_closing(gaps_, f.contact, scales_.capture_height(f.contact), f.left, rounding(f));
+  if (!closing || (first && first.theta <= closing.theta)) return;
   const auto gap = [&](double s) { return gaps_.gap(f.contact, s); };
-  GapSearch::Closing closing;
-  double level = std::max(height, sunk), theta = 0;
-  const auto falls = [&] {
-    closing = gaps_.first_closing(f.contact, {.gap = level, .rounding = rounding(f)});
-    if (closing) theta = falling_zero(closing.from, closing.to, [&](double s) { return gap(s) + level; });
-    return closing.found;
-  };
-  if (!falls()) return;
-  if (sunk >= height && gap(0.5 * theta) < kHop * height - sunk) {
-    level = height + sunk;
-    if (!falls()) return;
-  }
-  if (first && first.theta <= theta) return;
-  const double slope = (gap(closing.to) - gap(closing.from)) / ((closing.to - closing.from) * ends.h);
-  first = {.kind = f.kind, .contact = f.contact, .theta = theta, .slope = slope, .level = level};
+  const auto& [from, to, found] = closing.piece;
+  const double slope = (gap(to) - gap(from)) / ((to - from) * ends.h);
+  first = {.kind = f.kind, .contact = f.contact, .theta = closing.theta, .slope = slope, .level = closing.level};
 }
 
 int EventFunctions::sunk(const double* q) {

@@ -135,7 +135,6 @@ void ModeChange::find_idle(const std::vector<ContactMode>& before, const Vector&
         std::abs(gap_acceleration(i, q, v)) > no_acceleration_)
       continue;
     if (std::ranges::count(idle_, i) == 0) idle_.push_back(i);
-    group_.let_sink(i);
   }
 }
 
@@ -187,14 +186,15 @@ ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::ve
     outcome.has_impact = impacts.n_impacts > 0;
     const bool settles = outcome.has_impact || (cause && cause.kind == SwitchKind::gap_closes);
     if (settles)
-      outcome.captures =
-          group_.apply({.contact = cause.contact, .has_sunk = cause.level > 0}, before, v_minus_, touching_, q, v);
+      group_.apply({.contact = cause.contact, .has_sunk = cause.level > 0}, before, v_minus_, touching_, q, v);
     group_.accept();
   }
   if (slow_slip_.makes_no_progress()) return no_progress();
   const bool may_hold = touching_.size() > 1 && slow_slip_.is_followed_enough();
   outcome = close(cause, before, outcome, q, v, stopped, may_hold);
-  group_.add_left();
+  group_.add_left(v);
+  may_sink_ = group_.refused();
+  may_sink_.insert(may_sink_.end(), idle_.begin(), idle_.end());
   return outcome;
 }
 
@@ -294,7 +294,7 @@ ModeChange::Outcome ModeChange::close(const DetectedEvent& cause, const std::vec
     return close(cause, before, outcome, q, v, stopped, false);
   }
   if (may_hold && slow_slip_.has_held()) {  // which may have turned the slip of the other contacts
-    outcome.captures = true;
+    outcome.holds_slow_slip = true;
     const bool leaves = cause.kind == SwitchKind::force_vanishes;
     return close(leaves ? cause : DetectedEvent(), &modes_, outcome, q, v, {}, false);
   }

@@ -48,7 +48,7 @@ class ModeChange {
     std::string message;
     FailureReason reason;
     bool has_impact = false;
-    bool captures = false;  ///< a group came to rest (group_rest.h)
+    bool holds_slow_slip = false;  ///< slow slip counts as rest (slow_slip.h)
   };
 
   /// Before a run.
@@ -63,8 +63,9 @@ class ModeChange {
   Outcome decide(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Vector& q, Vector& v,
                  const std::vector<int>& stopped);
 
-  /// Open contacts that may sink before they close again (group_capture.h).
-  const std::vector<int>& refused() const { return group_.refused(); }
+  /// Open contacts that may sink before they close again: refused ones (group_capture.h) and idle ones.
+  const std::vector<int>& may_sink() const { return may_sink_; }
+  const GroupInstant& groups() const { return group_.instant(); }
   /// See ImpactSequence.
   void keep_impacts(std::vector<ImpactSequence::Impact>* impacts) { impacts_.keep_impacts(impacts); }
 
@@ -99,7 +100,7 @@ class ModeChange {
   GroupCapture group_;
   SlowSlip slow_slip_;
   std::vector<int> touching_, beginning_;
-  std::vector<int> idle_;
+  std::vector<int> idle_, may_sink_;
   double no_acceleration_ = 0;  // of (3)
   std::vector<ContactMode> modes_;
   std::vector<ContactAfterImpact> after_;

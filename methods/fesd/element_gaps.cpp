@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "methods/contact_laws/falling_zero.h"
+#include "methods/contact_laws/sunk_closing.h"
 
 namespace ricochet {
 namespace {
@@ -34,7 +34,7 @@ void ElementGaps::set_path(const Element& stages) {
   }
 }
 
-Violation ElementGaps::check(const Element& stages, std::span<const int> unloaded, std::span<const double> depth) {
+Violation ElementGaps::check(const Element& stages, std::span<const int> unloaded, std::span<const char> sinks) {
   Violation first;
   const auto& info = problem_.info();
   const auto is_open = [&](int i) { return !is_closed(stages.modes[static_cast<std::size_t>(i)]); };
@@ -53,19 +53,23 @@ Violation ElementGaps::check(const Element& stages, std::span<const int> unloade
       allowed.square = path_.nodes() * search_.begin_error(i);
       allowed.most = kOfFirstStage * search_.gap(i, path_.first_point());
     }
-    const double zero = depth.empty() ? 0 : -depth[static_cast<std::size_t>(i)];
-    if (zero < 0) allowed = {.gap = std::max(touching, -zero), .rounding = touching};
-    const auto closing = search_.first_closing(i, allowed);
-    if (!closing) continue;
-    const auto above = [&](double s) { return search_.gap(i, s) - zero; };
-    const double time =
-        (zero < 0 ? falling_zero(closing.from, closing.to, above) : search_.zero(i, closing)) * stages.h;
-    if (first && time >= first.time) continue;
+    const bool may_sink = !sinks.empty() && sinks[static_cast<std::size_t>(i)] != 0;
+    SunkClosing closing;
+    if (may_sink) {
+      closing = find_sunk_closing(search_, i, scales_.capture_height(i), search_.left_gap(i), scales_.touching(i),
+                                  scales_.touching(i));
+    } else {
+      closing.piece = search_.first_closing(i, allowed);
+      if (closing) closing.theta = search_.zero(i, closing.piece);
+    }
+    const double time = closing.theta * stages.h;
+    if (!closing || (first && time >= first.time)) continue;
     first = {.kind = Violation::Kind::past_switch,
              .passed = SwitchKind::gap_closes,
              .contact = i,
              .time = time,
-             .value = search_.gap(i, closing.to)};
+             .value = search_.gap(i, closing.piece.to),
+             .level = closing.level};
   }
   return first;
 }

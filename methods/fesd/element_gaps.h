@@ -27,8 +27,8 @@ class ElementGaps {
   void restart() { search_.restart(); }
 
   /// The first closing in an element whose points fulfil the sign conditions.
-  /// @param unloaded  contacts that the load of the next moment opens; @param depth  ElementStart::depth
-  Violation check(const Element& stages, std::span<const int> unloaded = {}, std::span<const double> depth = {});
+  /// @param unloaded  contacts that the load of the next moment opens; @param sinks  ElementStart::sinks
+  Violation check(const Element& stages, std::span<const int> unloaded = {}, std::span<const char> sinks = {});
 
  private:
   void set_path(const Element& stages);

@@ -127,15 +127,15 @@ Violation ElementRunSolver::check_element(int element, bool is_first) {
   Element& stages = buffers_.element(element);
   const int broken = is_first ? just_broken(element) : -1;
   const std::span<const int> unloaded = is_first ? buffers_.start_of(element).unloaded : std::span<const int>();
-  const std::span<const double> depth = is_first ? buffers_.start_of(element).depth : std::span<const double>();
-  Violation violation = sign_conditions_.check(stages, broken, unloaded, depth);
+  const std::span<const char> sinks = is_first ? buffers_.start_of(element).sinks : std::span<const char>();
+  Violation violation = sign_conditions_.check(stages, broken, unloaded, sinks);
   const bool is_of_forces =
       violation.is_past(SwitchKind::force_vanishes) || violation.is_past(SwitchKind::cone_reached);
   // For redundant contacts these were the smallest forces; others may be admissible.
   if (is_of_forces && elements_.is_redundant() && force_division_.into_cones(stages))
-    violation = sign_conditions_.check(stages, broken, unloaded, depth);
+    violation = sign_conditions_.check(stages, broken, unloaded, sinks);
   if (violation || !gaps_between_) return violation;
-  violation = gaps_between_->check(stages, unloaded, depth);
+  violation = gaps_between_->check(stages, unloaded, sinks);
   const Violation of_load = loads_between_->check(stages);
   return of_load && (!violation || of_load.time < violation.time) ? of_load : violation;
 }
@@ -232,13 +232,11 @@ Switch ElementRunSolver::switch_for(int first, const Violation& violation) {
   const auto has = [&](const std::vector<int>& contacts) {
     return std::find(contacts.begin(), contacts.end(), violation.contact) != contacts.end();
   };
-  const double depth = start.depth.empty() ? 0 : start.depth[static_cast<std::size_t>(end.contact)];
-  if (end.kind == SwitchKind::gap_closes && depth > 0) {
-    end.left_gap = -depth;
-  } else if (end.kind == SwitchKind::gap_closes && has(start.touching)) {
-    end.zeros_at_start = 1;
+  if (end.kind == SwitchKind::gap_closes && (violation.level > 0 || has(start.touching))) {
     problem_.gap(stages.q0.data(), gap_.data());
-    end.left_gap = gap_[end.contact];
+    const bool starts_there = gap_[end.contact] + violation.level <= scales_.touching(end.contact);
+    end.zeros_at_start = violation.level == 0 || starts_there ? 1 : 0;
+    end.left_gap = end.zeros_at_start == 1 ? gap_[end.contact] : -violation.level;
   }
   if (violation.facet_condition >= 0)
     end.condition =

@@ -31,11 +31,6 @@ void clear_modes(const ProblemInfo& info, Element& stages, ElementStart& start) 
   std::fill(stages.facets.begin(), stages.facets.end(), 0);
 }
 
-/// Whether the gap that closes at a switch has sunk.
-bool has_sunk(const Switch& end) {
-  return end.kind == SwitchKind::gap_closes && end.zeros_at_start == 0 && end.left_gap < 0;
-}
-
 }  // namespace
 
 void ElementStart::reserve(const ProblemInfo& info) {
@@ -45,7 +40,7 @@ void ElementStart::reserve(const ProblemInfo& info) {
   from_rest.reserve(info.contacts.size());
   unloaded.reserve(info.contacts.size());
   on_edge.reserve(info.contacts.size());
-  depth.reserve(info.contacts.size());
+  sinks.reserve(info.contacts.size());
   acceleration.setZero(info.n_q);
   lambda_n.setZero(info.n_c());
   lambda_t.setZero(info.n_lambda_t);
@@ -152,10 +147,10 @@ void ElementStartSolver::accept() {
 }
 
 int ElementStartSolver::sunk(const ElementStart& start, const Vector& q) {
-  if (start.depth.empty()) return -1;
+  if (start.sinks.empty()) return -1;
   problem_.gap(q.data(), gap_.data());
   for (const int i : problem_.info().unilateral) {
-    if (start.depth[static_cast<std::size_t>(i)] > 0 && GroupRest::is_too_low(scales_, i, gap_[i])) return i;
+    if (start.sinks[static_cast<std::size_t>(i)] != 0 && GroupRest::is_too_low(scales_, i, gap_[i])) return i;
   }
   return -1;
 }
@@ -186,7 +181,7 @@ ElementStartSolver::Result ElementStartSolver::begin(const LeftEnd& at) {
   groups_.begin();
   impacts_.find_touching(at.stages().q0, at.before(), start.touching);
   if (has_groups()) gap_ = impacts_.gaps();
-  if (start.touching.empty() && has_groups()) set_depths(at);
+  if (start.touching.empty() && has_groups()) set_sinking(at);
   if (start.touching.empty() && !info.has_bilateral()) return Result::done;
   at.step.touches = at.step.touches || !start.touching.empty();
   start.failed_contact = start.touching.empty() ? info.bilateral.front() : start.touching.front();
@@ -213,8 +208,13 @@ ElementStartSolver::Result ElementStartSolver::begin(const LeftEnd& at) {
   const Result result = set_modes(at, 0);
   if (result != Result::done || !has_groups()) return result;
   if (!remove_gaps(at)) return Result::no_impulse;
-  set_depths(at);
+  set_sinking(at);
   return Result::done;
+}
+
+/// Whether the gap that closes at a switch has sunk.
+bool ElementStartSolver::has_sunk(const Switch& end) const {
+  return end.contact >= 0 && end.kind == SwitchKind::gap_closes && end.left_gap < -scales_.nearly_touching(end.contact);
 }
 
 /// Closes a group that is at rest. A capture stands for infinitely many impacts. False where the laws of an instant
@@ -276,11 +276,11 @@ bool ElementStartSolver::stands_still(const LeftEnd& at) {
   return !changes || standstills_ >= kFewStandstills;
 }
 
-/// Which contacts may sink, and how deep. One that overlaps without having been refused has been let go while it sank.
-void ElementStartSolver::set_depths(const LeftEnd& at) {
-  at.start.depth.clear();
+/// Which contacts may sink. One that overlaps without having been refused has been let go while it sank.
+void ElementStartSolver::set_sinking(const LeftEnd& at) {
+  at.start.sinks.clear();
   sinks_next_ = sinks_;
-  groups_.add_left();
+  groups_.add_left(at.stages().v0);
   for (const int i : groups_.refused()) sinks_next_[i] = 1;
   for (const int i : impacts_.candidates()) {
     if (still_approaches(at, i)) sinks_next_[i] = 1;
@@ -294,10 +294,7 @@ void ElementStartSolver::set_depths(const LeftEnd& at) {
     sinks = sinks || sinks_next_[i] != 0;
   }
   if (!sinks) return;
-  at.start.depth.assign(sinks_next_.size(), 0);
-  for (const int i : problem_.info().unilateral) {
-    if (sinks_next_[i] != 0) at.start.depth[i] = groups_.level(i, gap_[i]);
-  }
+  at.start.sinks.assign(sinks_next_.begin(), sinks_next_.end());
 }
 
 /// Nothing touches, and no impulse acts.
@@ -305,7 +302,7 @@ void ElementStartSolver::clear(const LeftEnd& at) const {
   at.start.touching.clear();
   at.start.closed.clear();
   at.start.alternatives.clear();
-  at.start.depth.clear();
+  at.start.sinks.clear();
   at.start.closed_instead = 0;
   at.stages().v0 = at.v_minus();
   at.stages().closes_bounce = false;

@@ -44,9 +44,8 @@ struct ElementStart {
   std::vector<int> from_rest;   ///< contacts that start to slip with zero slip velocity
   std::vector<int> unloaded;    ///< contacts without a load that the load of the next moment opens
   std::vector<OnEdge> on_edge;
-  /// n_c: how far below zero the gap of an open contact may fall before it closes [m], 0 except for those that may sink
-  /// (group_capture.h). Empty where none may.
-  std::vector<double> depth;
+  /// n_c: whether an open contact may sink below its surface before it closes (group_capture.h). Empty where none may.
+  std::vector<char> sinks;
   int failed_contact = -1;  ///< the contact of a Result other than done
   bool has_forces = false;  ///< acceleration and forces right after the start are known:
   Vector acceleration, lambda_n, lambda_t;
@@ -108,6 +107,8 @@ class ElementStartSolver {
   /// A contact whose gap is too far below zero for a motion (group_capture.h), at the end q of the element that has this
   /// start; -1: none. Only those that may sink get there.
   int sunk(const ElementStart& start, const Vector& q);
+  /// What the start that begin() has made last has done to groups.
+  const GroupInstant& groups() const { return groups_.instant(); }
   /// Closes groups at rest at the start that is tried next, however few of their bounces were followed: elements for
   /// flights of a few roundings fail. False where that has been tried.
   bool settle();
@@ -141,6 +142,7 @@ class ElementStartSolver {
   void clear(const LeftEnd& at) const;
   void divide_touching(const LeftEnd& at);
   bool has_groups() const { return !sinks_.empty(); }
+  bool has_sunk(const Switch& end) const;
   bool come_to_rest(const LeftEnd& at);
   bool remove_gaps(const LeftEnd& at);
   bool move_to(std::span<const ContactMode> modes, Vector& q, Vector& v);
@@ -148,7 +150,7 @@ class ElementStartSolver {
   bool is_above(int contact) const;
   bool still_approaches(const LeftEnd& at, int contact) const;
   bool stands_still(const LeftEnd& at);
-  void set_depths(const LeftEnd& at);
+  void set_sinking(const LeftEnd& at);
   Result set_modes(const LeftEnd& at, unsigned closed_instead);
   void collect_closed(const LeftEnd& at, unsigned closed_instead);
   Result find_forces(const LeftEnd& at);

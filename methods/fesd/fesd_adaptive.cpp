@@ -36,7 +36,8 @@ class AdaptiveRun {
  public:
   /// @param rest_speed  normal velocity up to which a bounce is closed [m/s]
   AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
-              const FrictionConeOptions& cone, const ElementError& error, double rest_speed, ReusedSolver& reused);
+              const FrictionConeOptions& cone, const ElementError& error, double rest_speed,
+              const CaptureHeight& capture_height, ReusedSolver& reused);
 
   Solution solve();
 
@@ -78,7 +79,7 @@ class AdaptiveRun {
 
 AdaptiveRun::AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
                          const FrictionConeOptions& cone, const ElementError& error, double rest_speed,
-                         ReusedSolver& reused)
+                         const CaptureHeight& capture_height, ReusedSolver& reused)
     : info_(problem.info()),
       settings_(settings),
       error_(error),
@@ -87,7 +88,9 @@ AdaptiveRun::AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, 
       T_(problem.info().end_time),
       run_(problem, tableau, settings, StepCheck::kTolerances * settings.tolerance, FesdAudit::Claims{.cone = cone},
            reused.counters()),
-      solver_(reused.start(settings.inner_tolerance, settings.tolerance)),
+      solver_(reused.start(
+          settings.inner_tolerance,
+          [&](PivotingSolver& solver) { solver.set_motion_tolerance(settings.tolerance, capture_height); })),
       moving_(problem),
       spans_(problem),
       progress_(problem.info(), kTriesPerMark, kLeastOfTries),
@@ -195,7 +198,7 @@ AdaptiveRun::Next AdaptiveRun::after_failure(const Attempt& attempt, Status stat
 bool AdaptiveRun::accept(const Attempt& attempt) {
   const FesdStep& step = solver_.step();
   const double next = attempt.is_last && step.H == attempt.H ? T_ : t_ + step.H;
-  if (!run_.accept(step, solver_.previous_step(), t_, next)) return false;
+  if (!run_.accept(step, solver_.previous_step(), t_, next, solver_.groups())) return false;
   if (const int contact = solver_.sunk(); contact >= 0) {
     stop(Status::infeasible, fmt::format("from t = {:.12g} s: ", t_),
          fmt::format("bodies pass through each other at contact '{}'", info_.contacts[contact].name));
@@ -235,7 +238,11 @@ AdaptiveRun::Next AdaptiveRun::stop(Status status, const std::string& where, con
 class FesdAdaptive final : public Method {
  public:
   explicit FesdAdaptive(const MethodSpec& spec)
-      : id_(spec.text()), tableau_(tableau_argument(spec)), cone_(cone_argument(spec)), error_(tableau_) {
+      : id_(spec.text()),
+        tableau_(tableau_argument(spec)),
+        cone_(cone_argument(spec)),
+        error_(tableau_),
+        capture_height_(spec) {
     options_.n_fe = 1;
     options_.between_stages = true;
     options_.facets = cone_.facets;
@@ -287,13 +294,15 @@ class FesdAdaptive final : public Method {
 
  private:
   Solution run(const Problem& problem, const Settings& settings, ReusedSolver& reused) const {
-    return AdaptiveRun(problem, tableau_, settings, cone_, error_, settings.tolerance / kappa_, reused).solve();
+    return AdaptiveRun(problem, tableau_, settings, cone_, error_, settings.tolerance / kappa_, capture_height_, reused)
+        .solve();
   }
 
   std::string id_;
   ButcherTableau tableau_;
   FrictionConeOptions cone_;
   ElementError error_;
+  CaptureHeight capture_height_;
   PivotingSolver::Options options_;
   // Nothing is closed without a stage at the right end that stops it.
   double kappa_ = std::numeric_limits<double>::infinity();
@@ -301,8 +310,8 @@ class FesdAdaptive final : public Method {
 
 const bool is_registered = register_method<FesdAdaptive>({
     .name = "fesd_adaptive",
-    .usage = "fesd_adaptive:TABLEAU:STAGES[,cone=exact|squared][,cone=polyhedral[,facets=8]], or "
-             "fesd_adaptive:@TABLEAU_FILE, with --tolerance",
+    .usage = "fesd_adaptive:TABLEAU:STAGES[,cone=exact|squared][,cone=polyhedral[,facets=8]]"
+             "[,capture_height=m], or fesd_adaptive:@TABLEAU_FILE, with --tolerance",
     .max_arguments = 2,
     .summary = "FESD-J with steps that follow a tolerance",
     .examples = {"fesd_adaptive:radau-iia:3", "fesd_adaptive:radau-iia:4", "fesd_adaptive:gauss:4"},

@@ -11,7 +11,8 @@ FesdRun::FesdRun(const Problem& problem, const ButcherTableau& tableau, const Se
       counters_(counters),
       time_limit_(settings.time_limit),
       check_(problem, accuracy),
-      border_(problem, settings) {
+      border_(problem, settings),
+      groups_(problem.info()) {
   if (settings.audit && claims) audit_.emplace(problem, tableau, *claims);
   if (settings.recording == Recording::motion || border_.is_watched()) motion_.emplace(tableau);
   if (!settings.sensitivities.empty()) sensitivity_.emplace(problem, tableau, settings.sensitivities);
@@ -44,7 +45,8 @@ bool FesdRun::leaves_region(const FesdStep& step) {
   return false;
 }
 
-bool FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, double t_end) {
+bool FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, double t_end,
+                     const GroupInstant& groups) {
   for (int n = 0; n < step.n_elements; ++n) {
     const Element& element = step.elements[n];
     const Status status = check_(element.q0, element.q1, element.v1, element.modes);
@@ -66,6 +68,10 @@ bool FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, d
   }
   reached_ = &step.last();
   solution_.t = t_end;
+  if (!groups_.add(t, groups, solution_)) {
+    fail(Status::step_limit, fmt::format("t = {:.12g} s: ", t), groups_.message(), groups_.reason());
+    return false;
+  }
   return !(settings_.ends && settings_.ends(solution_, reached_->modes));
 }
 

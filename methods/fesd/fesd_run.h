@@ -7,6 +7,7 @@
 #include <span>
 #include <string>
 
+#include "methods/contact_laws/group_record.h"
 #include "methods/elements/element_motion.h"
 #include "methods/fesd/fesd_audit.h"
 #include "methods/fesd/sensitivity.h"
@@ -42,9 +43,11 @@ class FesdRun {
   }
   /// Accepts the next step, which has been added to sensitivity(). It must not move until the following one is
   /// accepted.
-  /// @return false where the step fails the last check: the run has ended with the reason; or where Settings::ends holds
+  /// @return false where the step fails the last check, or refused groups end the run: it has ended with the reason; or
+  /// where Settings::ends holds
   /// @param previous  the one before it, or null; @param t, t_end  from and to [s]
-  bool accept(const FesdStep& step, const FesdStep* previous, double t, double t_end);
+  /// @param groups  what happens to groups of contacts where the step begins
+  bool accept(const FesdStep& step, const FesdStep* previous, double t, double t_end, const GroupInstant& groups = {});
   /// The run ends here. @param message, reason  why; not read after a time limit, which has its own message
   void fail(Status status, const std::string& where, const std::string& message, FailureReason reason = {});
 
@@ -77,6 +80,7 @@ class FesdRun {
   std::optional<Sensitivity> sensitivity_;
   std::optional<ElementMotion> motion_;  // of Recording::motion, or to watch the region
   RegionBorder border_;
+  GroupRecord groups_;
   const Element* reached_ = nullptr;  // the last element that was accepted
 };
 

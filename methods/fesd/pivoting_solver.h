@@ -4,6 +4,7 @@
 #include <optional>
 #include <string>
 
+#include "methods/contact_laws/capture_height.h"
 #include "methods/fesd/element_run.h"
 #include "methods/fesd/element_start.h"
 #include "methods/fesd/search_budget.h"
@@ -60,10 +61,10 @@ class PivotingSolver {
   /// Tolerance of Newton's method from now on, in place of Options::tolerance.
   void set_tolerance(double tolerance) { runs_.set_tolerance(tolerance); }
   /// Tolerance of the motion, for Options::between_stages. From the next start() on, groups of contacts come to rest
-  /// (group_capture.h), at bounces as high as the tolerance times the size of the gap.
-  void set_motion_tolerance(double tolerance) {
+  /// (group_capture.h). @throws InputError as CaptureHeight::set()
+  void set_motion_tolerance(double tolerance, const CaptureHeight& capture_height) {
     runs_.set_motion_tolerance(tolerance);
-    scales_.set_capture(tolerance);
+    capture_height.set(problem_, tolerance, scales_);
     captures_ = true;
   }
   /// Starts a run at (q, v), v before an impact at this instant. It does not depend on the runs before it.
@@ -97,6 +98,8 @@ class PivotingSolver {
 
   /// ElementStartSolver::sunk() at the end of a step of one element.
   int sunk() { return start_solver_.sunk(buffers_.start_of(0), step().last().q1); }
+  /// What happened to groups at the start of a step of one element.
+  const GroupInstant& groups() const { return start_solver_.groups(); }
   /// After a step of one element that failed: closes groups at rest in the next one, if it has not tried that.
   bool settle() { return start_solver_.settle(); }
   /// After a step of one element that failed: lets the contact of its sign condition open and sink, if it may.

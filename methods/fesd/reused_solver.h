@@ -17,12 +17,12 @@ class ReusedSolver {
   Counters& counters() { return counters_; }
 
   /// Prepares a run from the initial state of the problem. Its counters start at zero; those of the first run include the
-  /// work of the constructor. @param motion_tolerance  PivotingSolver::set_motion_tolerance(), 0: none
-  PivotingSolver& start(double inner_tolerance, double motion_tolerance = 0) {
+  /// work of the constructor. @param set_options  called before, with the solver
+  PivotingSolver& start(double inner_tolerance, const std::function<void(PivotingSolver&)>& set_options = {}) {
     if (has_run_) counters_ = {};
     has_run_ = true;
     solver_.set_tolerance(inner_tolerance);
-    if (motion_tolerance > 0) solver_.set_motion_tolerance(motion_tolerance);
+    if (set_options) set_options(solver_);
     solver_.start(problem_.info().q0, problem_.info().v0);
     return solver_;
   }

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "problems/dense_solve.h"
 #include "problems/packed_column.h"
@@ -76,10 +77,10 @@ bool SignConditions::is_clear(const Element& stages) {
 }
 
 Violation SignConditions::check(const Element& stages, int just_broken, std::span<const int> unloaded,
-                                std::span<const double> depth) {
+                                std::span<const char> sinks) {
   Violation first;
   if (is_clear(stages)) return first;
-  check_gaps(stages, just_broken, unloaded, depth, first);
+  check_gaps(stages, just_broken, unloaded, sinks, first);
   check_forces(stages, first);
   if (problem_.info().has_friction()) check_slip(stages, first);
   return first;
@@ -100,7 +101,7 @@ double SignConditions::gap_rounding(const Element& stages, int i) {
 }
 
 void SignConditions::check_gaps(const Element& stages, int just_broken, std::span<const int> unloaded,
-                                std::span<const double> depth, Violation& first) {
+                                std::span<const char> sinks, Violation& first) {
   problem_.gap(stages.q0.data(), left_gap_.data());
   for (int i = 0; i < problem_.n_c(); ++i) {
     // A contact that opens starts from the rounding it gathered while it was closed.
@@ -110,9 +111,8 @@ void SignConditions::check_gaps(const Element& stages, int just_broken, std::spa
   if (!unloaded.empty()) problem_.normal_jacobian(stages.q0.data(), J_n_.data());
   for (const int i : unloaded)
     allowed_gap_[i] -= ContactScales::of_positions(problem_.info().contacts[i], J_n_.data(), stages.q0);
-  for (std::size_t i = 0; i < depth.size(); ++i) {
-    double& allowed = allowed_gap_[static_cast<Eigen::Index>(i)];
-    allowed = std::min(allowed, -depth[i]);
+  for (std::size_t i = 0; i < sinks.size(); ++i) {
+    if (sinks[i] != 0) allowed_gap_[static_cast<Eigen::Index>(i)] = -std::numeric_limits<double>::infinity();
   }
   double left_time = 0;
   for (int j = 0; j < n_points_; ++j) {
@@ -124,8 +124,7 @@ void SignConditions::check_gaps(const Element& stages, int just_broken, std::spa
         if (!is_stage && std::abs(gap_[i]) > scales_.nearly_touching(i) && std::abs(gap_[i]) > gap_rounding(stages, i))
           report(first, drift(i, time, gap_[i]));
       } else if (gap_[i] < allowed_gap_[i] && gap_[i] < -gap_rounding(stages, i)) {
-        const double zero = depth.empty() ? 0 : -depth[static_cast<std::size_t>(i)];
-        const double left = std::max(left_gap_[i] - zero, 0.0), right = gap_[i] - zero;
+        const double left = std::max(left_gap_[i], 0.0), right = gap_[i];
         report(first, past(SwitchKind::gap_closes, i, left_time + (time - left_time) * left / (left - right), gap_[i]));
       }
     }

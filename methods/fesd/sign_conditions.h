@@ -25,6 +25,7 @@ struct Violation {
   double time = 0;           ///< where the quantity crosses zero, interpolated [s]
   double value = 0;          ///< gap [m], force [N], slip velocity [m/s]
   int facet_condition = -1;  ///< on a polygon: number of the FacetCondition
+  double level = 0;          ///< of a gap: how far below zero it closes (sunk_closing.h) [m]
 
   explicit operator bool() const { return kind != Kind::none; }
   bool is_past(SwitchKind its_kind) const { return kind == Kind::past_switch && passed == its_kind; }
@@ -52,15 +53,15 @@ class SignConditions {
   /// @param unloaded  contacts that the load of the next moment opens: gap, velocity and acceleration start at zero, so
   /// the error of the first stages is a fraction of the gap there, however short the element. It may be negative by
   /// ContactScales::of_positions().
-  /// @param depth  ElementStart::depth
+  /// @param sinks  ElementStart::sinks: ElementGaps checks their gaps
   Violation check(const Element& stages, int just_broken, std::span<const int> unloaded = {},
-                  std::span<const double> depth = {});
+                  std::span<const char> sinks = {});
 
  private:
   bool is_end_stage(int j) const { return j == n_s_ - 1 && n_points_ == n_s_; }
   bool is_clear(const Element& stages);
   double gap_rounding(const Element& stages, int contact);
-  void check_gaps(const Element& stages, int just_broken, std::span<const int> unloaded, std::span<const double> depth,
+  void check_gaps(const Element& stages, int just_broken, std::span<const int> unloaded, std::span<const char> sinks,
                   Violation& first);
   void check_forces(const Element& stages, Violation& first);
   double left_impulse(const Element& stages);

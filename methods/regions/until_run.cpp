@@ -30,6 +30,7 @@ void keep_until(double t, Solution& solution) {
       static_cast<std::int64_t>(std::erase_if(solution.events, [&](const Event& event) { return event.t > t; }));
   std::erase_if(solution.samples, [&](const Sample& sample) { return sample.t > t; });
   solution.motion.cut(t);
+  solution.cut_groups(t);
 }
 
 }  // namespace

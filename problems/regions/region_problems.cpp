@@ -291,6 +291,14 @@ void append(const ProblemInfo& info, Solution piece, Solution& whole, std::vecto
     sample.t += t;
     whole.samples.push_back(std::move(sample));
   }
+  for (CapturedGroup& capture : piece.captures) {
+    capture.t += t;
+    whole.captures.push_back(capture);
+  }
+  for (OpenWedge& wedge : piece.wedges) {
+    wedge.t += t;
+    whole.wedges.push_back(std::move(wedge));
+  }
   whole.motion.append(piece.motion, t);
   add_counters(piece.counters, whole.counters);
   add_residuals(piece.residuals, t, whole.residuals);

@@ -171,6 +171,7 @@ void StaticFrictionRun::end_piece_at(const Change& change, Solution& piece) {
     piece.events.clear();
     piece.samples.clear();
     piece.motion.cut(0);
+    piece.cut_groups(-1);
     piece.initial_modes.clear();
     char& sticks = sticks_[static_cast<std::size_t>(change.contact)];
     if (change.kind == Change::Kind::at_start)
@@ -194,6 +195,7 @@ void StaticFrictionRun::end_piece_at(const Change& change, Solution& piece) {
   std::erase_if(piece.samples,
                 [&](const Sample& sample) { return is_before ? sample.t >= event.t : sample.t > event.t; });
   piece.motion.cut(event.t);
+  piece.cut_groups(is_before ? std::nextafter(event.t, -1.0) : event.t);
   piece.t = event.t;
   piece.q = event.q;
   piece.v = is_before ? event.v_minus : event.v_plus;

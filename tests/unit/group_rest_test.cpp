@@ -105,6 +105,16 @@ INSTANTIATE_TEST_SUITE_P(Counts, SettledDiscsOfFesd,
                            return fmt::format("{}DiscsWithE{:.0f}", info.param.n, 100 * info.param.e);
                          });
 
+/// Discs that bounce in a wedge, and sank by one height at each bounce until they passed through each other.
+TEST(DiscsOfASeed, DoNotSinkDeeperAtEachBounce) {
+  for (const double seed : {2.0, 6.0}) {
+    const auto problem = make_problem("balls_in_box", {{"n", 8.0}, {"e", 0.3}, {"seed", seed}});
+    const Solution solution = solve(*problem, 1e-6, {}, kFesd);
+    ASSERT_TRUE(solution.succeeded()) << seed << ": " << solution.message;
+    for (const Sample& sample : solution.samples) EXPECT_GE(problem->gap(sample.q).minCoeff(), -4e-6) << sample.t;
+  }
+}
+
 /// Impacts before a time, one of each instant.
 std::vector<Event> impacts_before(const Solution& solution, double t) {
   std::vector<Event> impacts;
@@ -225,10 +235,24 @@ INSTANTIATE_TEST_SUITE_P(Counts, DiscsOfTheReference,
                            return fmt::format("{}DiscsWithE{:.0f}", info.param.n, 100 * info.param.e);
                          });
 
+/// Methods that follow impacts to the rest of a group, and the reference.
+class SettlingMethods : public testing::TestWithParam<const char*> {
+ protected:
+  static Solution solution_of(const Problem& problem) {
+    const std::string method = GetParam();
+    return method == "reference" ? reference_of(problem) : solve(problem, 1e-8, {}, method);
+  }
+};
+
+INSTANTIATE_TEST_SUITE_P(All, SettlingMethods, testing::Values("event_driven", kFesd, "reference"),
+                         [](const auto& info) {
+                           return std::string(info.param).substr(0, info.param[0] == 'f' ? 4 : 12);
+                         });
+
 /// Disc 5 falls between discs 1 and 2, which touch each other or their walls. Its impacts shrink by sqrt(2) - 1.
-TEST(Cusp, LetsTheDiscOfTheReferencePass) {
+TEST_P(SettlingMethods, LetADiscPassACusp) {
   const auto problem = make_problem("balls_in_box", {{"n", 5.0}, {"e", 0.0}});
-  const Solution solution = reference_of(*problem);
+  const Solution solution = solution_of(*problem);
   ASSERT_TRUE(solution.succeeded()) << solution.message;
   std::vector<double> rates;
   double through = 0, landing = 0;
@@ -263,7 +287,7 @@ TEST(RowBetweenWalls, OfTheReferenceComesToRest) {
 }
 
 /// Disc 2 stands on disc 1 and touches the wall without a force: an unstable equilibrium.
-TEST(BalancedDisc, OfTheReferenceReachesTheEnd) {
+TEST_P(SettlingMethods, LetADiscBalanceOnAnother) {
   for (const double e : {0.0, 0.5}) {
     const auto problem =
         read_scene_text(fmt::format(R"({{"params": {{"g": "9.81"}}, "q0": ["0.05", "0.05", "0.05", "0.15"],
@@ -275,7 +299,7 @@ TEST(BalancedDisc, OfTheReferenceReachesTheEnd) {
                        {{"name": "discs", "gap": "sqrt((q[2]-q[0])**2+(q[3]-q[1])**2)-0.1", "e": "{0}"}}]}})",
                                     e),
                         "balanced");
-    const Solution solution = reference_of(*problem);
+    const Solution solution = solution_of(*problem);
     ASSERT_TRUE(solution.succeeded()) << e << ": " << solution.message;
     EXPECT_GE(lowest_gap(*problem, solution), -kSunk) << e;
   }

@@ -53,6 +53,7 @@ std::vector<UsageOption> options_of(const std::string& usage) {
 std::string value_for(const std::string& value) {
   if (value == "N") return "100";
   if (value == "N/m") return "1e5";
+  if (value == "m") return "1e-6";
   if (value == "m/s") return "1e-3";
   return value;
 }

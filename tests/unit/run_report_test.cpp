@@ -28,6 +28,37 @@ RunReport report_of(const Problem& problem, const std::string& spec, const Setti
   return report;
 }
 
+/// A row of discs as wide as its box leaves a wedge; the others come to rest as groups.
+TEST(RunJson, HasCapturesAndNotes) {
+  const auto problem = make_problem("balls_in_box", {{"n", 5.0}, {"e", 0.3}});
+  Settings settings;
+  settings.tolerance = 1e-8;
+  const RunReport report = report_of(*problem, "event_driven", settings);
+  const json document = json::parse(run_json(report).dump());
+  ASSERT_NO_THROW(run_schema().check(document, ""));
+  const Solution& s = report.solution;
+  ASSERT_FALSE(s.captures.empty() || s.wedges.empty());
+  const json& captures = document["captures"];
+  EXPECT_EQ(captures["height"], s.captured_height());
+  EXPECT_EQ(captures["speed"], s.captured_speed());
+  ASSERT_EQ(captures["groups"].size(), s.captures.size());
+  EXPECT_EQ(captures["groups"][0]["t"], s.captures[0].t);
+  EXPECT_EQ(captures["groups"][0]["contacts"], s.captures[0].n_contacts);
+  EXPECT_EQ(captures["groups"][0]["height"], s.captures[0].height);
+  EXPECT_EQ(captures["groups"][0]["speed"], s.captures[0].speed);
+  ASSERT_EQ(document["notes"].size(), s.wedges.size());
+  const json& note = document["notes"][0];
+  EXPECT_EQ(note["t"], s.wedges[0].t);
+  EXPECT_EQ(note["contacts"].size(), s.wedges[0].contacts.size());
+  EXPECT_NE(note["text"].get<std::string>().find("one limit"), std::string::npos);
+
+  testing::internal::CaptureStdout();
+  print_run(report, 0);
+  const std::string text = testing::internal::GetCapturedStdout();
+  EXPECT_NE(text.find("\ncaptures   "), std::string::npos) << text;
+  EXPECT_NE(text.find("\nnote       at t = "), std::string::npos) << text;
+}
+
 /// Every digit, every event with all its fields, for kinds of scenes and methods.
 TEST(RunJson, FitsItsSchemaAndKeepsEveryDigit) {
   for (const char* scene : {"bouncing_ball", "sliding_block", "pendulum_wall", "ball_3d", "shaken_table"}) {
