@@ -6,8 +6,8 @@
 namespace ricochet {
 namespace {
 
-constexpr double kExplained = 16;                 // of (3)
-constexpr double kWedge = 1e-3, kOfWedge = 0.01;  // of (4)
+constexpr double kExplained = 16;                               // of (3)
+constexpr double kFlat = 1e-3, kSteep = 0.03, kOfWedge = 0.01;  // of (4)
 
 }  // namespace
 
@@ -70,7 +70,8 @@ const std::vector<int>& GroupRest::find_wedge(std::span<const int> contacts, con
     const double* J_n = law_.normal(i);
     for (const int k : law_.contact(i).support) change_[k] += lambda_n[i] * *J_n++;
   }
-  if (change_.lpNorm<Eigen::Infinity>() >= kWedge * largest) wedge_.clear();
+  const double inclination = std::clamp(std::sqrt(scales_.redundant()), kFlat, kSteep);  // redundant: 100 delta / gap
+  if (change_.lpNorm<Eigen::Infinity>() >= inclination * largest) wedge_.clear();
   return wedge_;
 }
 

@@ -30,7 +30,10 @@ namespace ricochet {
 /// is 1 / s^2. Forces or impulses that hold bodies in such a wedge are 1 / s times what they do: with W those contacts
 /// whose lambda_i |J_n^i| is at least a hundredth of the largest,
 ///
-///   | sum over W of lambda_i J_n^i | < max_i lambda_i |J_n^i| / 1000                                          (4)
+///   | sum over W of lambda_i J_n^i | < s max_i lambda_i |J_n^i|,   s = clamp(10 sqrt(delta / gap), 1e-3, 0.03)     (4)
+///
+/// with the size of the gap (contact_scales.h): a round body whose height in a cusp is delta has an inclination of the
+/// order of sqrt(delta / radius).
 class GroupRest {
  public:
   /// All references must outlive this object. @param law  prepared by its owner

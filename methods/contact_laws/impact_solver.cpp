@@ -243,8 +243,10 @@ LcpStatus ImpactSolver::impact(std::span<const int> together, std::span<const in
     const bool is_newton =
         rebound == Rebound::none || problem_.info().impact_law.hypothesis == ImpactHypothesis::newton;
     LcpStatus status = is_newton ? solve_island(ContactScales::kVelocityRounding * size) : solve_stated(v);
-    if (status != LcpStatus::solved && is_newton && scales_.redundant() > 0)
-      status = solve_island(scales_.redundant() * size);
+    if (const double allowed = scales_.redundant() * size; status != LcpStatus::solved && is_newton && allowed > 0) {
+      if (b_.head(row).minCoeff() >= -allowed) continue;  // rates that contradict each other, and are none
+      status = solve_island(allowed);
+    }
     if (status != LcpStatus::solved) return status;
     if (has_bilateral_) operator_.bilateral().impose(v, nullptr, Lambda_n);
     push(v, Lambda_n);
