@@ -16,7 +16,7 @@ namespace {
 
 constexpr const char* kCapturing = "fesd_adaptive:radau-iia:4";
 
-Solution solve(const Problem& problem, const std::string& method, double tolerance = 1e-8) {
+Solution run_capturing(const Problem& problem, const std::string& method, double tolerance = 1e-8) {
   Settings settings;
   settings.tolerance = tolerance;
   return make_method(method)->solve(problem, settings);
@@ -24,7 +24,7 @@ Solution solve(const Problem& problem, const std::string& method, double toleran
 
 std::string rejection(const Problem& problem, const std::string& method) {
   try {
-    solve(problem, method);
+    run_capturing(problem, method);
   } catch (const InputError& error) {
     return error.what();
   }
@@ -46,7 +46,7 @@ TEST_P(CapturesOfDiscs, RemoveLessWhereTheHeightIsLess) {
   const auto problem = make_problem("balls_in_box", {{"n", static_cast<double>(n)}, {"e", e}});
   std::vector<double> sums;
   for (const double height : {4e-7, 1e-7, 2.5e-8, 6.25e-9}) {
-    const Solution solution = solve(*problem, fmt::format("{},capture_height={}", method, height), 1e-9);
+    const Solution solution = run_capturing(*problem, fmt::format("{},capture_height={}", method, height), 1e-9);
     ASSERT_TRUE(solution.succeeded()) << solution.message;
     double t = 0;
     for (const CapturedGroup& capture : solution.captures) {
@@ -103,7 +103,7 @@ TEST(CaptureHeight, OfASceneWithoutRadiiIsBoundedByItsGaps) {
 
 TEST(CaptureHeight, ChangesNothingOfASingleContact) {
   const auto problem = make_problem("bouncing_ball", {});
-  const Solution with = solve(*problem, "event_driven,capture_height=1e-9"), without = solve(*problem, "event_driven");
+  const Solution with = run_capturing(*problem, "event_driven,capture_height=1e-9"), without = run_capturing(*problem, "event_driven");
   ASSERT_TRUE(with.succeeded() && without.succeeded());
   EXPECT_EQ(with.q, without.q);
   EXPECT_EQ(with.v, without.v);
