@@ -8,7 +8,7 @@ namespace ricochet {
 
 SunkClosing find_sunk_closing(GapSearch& gaps, int contact, double height, double left_gap, double rounding,
                               double slack) {
-  constexpr double kHop = 0.01, kReached = 0.99;  // heights
+  constexpr double kHop = 0.01;  // heights
   const double sunk = -std::min(left_gap, 0.0);
   const auto gap = [&](double s) { return gaps.gap(contact, s); };
   const auto closing_at = [&](double level) {
@@ -19,7 +19,7 @@ SunkClosing find_sunk_closing(GapSearch& gaps, int contact, double height, doubl
     return closing;
   };
   const SunkClosing closing = closing_at(std::max(height, sunk));  // (1)
-  const bool falls = closing && sunk >= kReached * height - slack && gap(0.5 * closing.theta) < kHop * height - sunk;
+  const bool falls = closing && sunk >= height - slack && gap(0.5 * closing.theta) < kHop * height - sunk;
   return falls ? closing_at(height + sunk) : closing;  // (2)
 }
 

@@ -8,7 +8,7 @@ namespace ricochet {
 /// delta = ContactScales::capture_height() and s = max(0, -g(0)),
 ///
 ///   level = max(delta, s)                                                                      (1)
-///   level = delta + s    if s >= 0.99 delta and the contact falls from the beginning           (2)
+///   level = delta + s    if s >= delta and the contact falls from the beginning                (2)
 ///
 /// A contact that has closed at -level and bounces hops from there, and closes at -level again. If each bounce lowered
 /// the level, a wedge would sink by delta at each of them. Only a contact that cannot hop, since it approaches still,

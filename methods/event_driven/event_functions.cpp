@@ -19,6 +19,7 @@ constexpr double kContradicts = 0.01;  // of a force
 constexpr double kNoForce = 1e-8;      // of a force that is as good as none where the cone is reached
 constexpr double kOfOthers = 1e-6;     // of the largest force: what redundant contacts without a load may have
 constexpr int kSamples = 16;           // of functions without bounds, in a step
+constexpr double kOfHeight = 1e-4;     // to which the level of a contact that sinks is located
 constexpr int kMaxHalvings = 50;       // in search of a point after a zero at the left end
 // Speed of slip in space that is left to the run, over the root of the tolerance and the size of slip.
 constexpr double kStop = 0.03;
@@ -394,7 +395,8 @@ void EventFunctions::find_closing(const Function& f, const StepEnds& ends, Detec
 
 /// Finds where a contact that may sink closes.
 void EventFunctions::find_sunk(const Function& f, const StepEnds& ends, DetectedEvent& first) {
-  const auto closing = find_sunk_closing(gaps_, f.contact, scales_.capture_height(f.contact), f.left, rounding(f));
+  const double height = scales_.capture_height(f.contact);
+  const auto closing = find_sunk_closing(gaps_, f.contact, height, f.left, rounding(f), kOfHeight * height);
   if (!closing || (first && first.theta <= closing.theta)) return;
   const auto gap = [&](double s) { return gaps_.gap(f.contact, s); };
   const auto& [from, to, found] = closing.piece;
