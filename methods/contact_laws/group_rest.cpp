@@ -27,11 +27,18 @@ double GroupRest::low_speed(const Vector& q, const Eigen::Ref<const Vector>& v, 
   return std::sqrt(2 * load * height);
 }
 
-/// change_' M(q) change_
-double GroupRest::energy(const Vector& q) {
+/// (3) for change_.
+bool GroupRest::is_explained(const Vector& q, double of_group, std::size_t n) {
   if (M_.size() == 0) M_.resize(problem_.n_q(), problem_.n_q());
   problem_.mass_matrix(q.data(), M_.data());
-  return change_.dot(M_ * change_);
+  const auto count = static_cast<double>(n);
+  return change_.dot(M_ * change_) <= kExplained * count * count * of_group;
+}
+
+bool GroupRest::is_explained(const Vector& q, const Eigen::Ref<const Vector>& v, const Eigen::Ref<const Vector>& v_plus,
+                             double of_group, std::size_t n) {
+  change_ = v_plus - v;
+  return is_explained(q, of_group, n);
 }
 
 bool GroupRest::is_explained_by_rates(std::span<const int> group, const Vector& q, const Eigen::Ref<const Vector>& v,
@@ -41,8 +48,7 @@ bool GroupRest::is_explained_by_rates(std::span<const int> group, const Vector& 
     const double rate = law_.normal_velocity(i, v);
     size += rate * rate / law_.normal_delassus(i);
   }
-  change_ = v_plus - v;
-  return is_explained(energy(q), size, group.size());
+  return is_explained(q, v, v_plus, size, group.size());
 }
 
 bool GroupRest::is_explained_by_gaps(std::span<const int> group, const Vector& gap, const Vector& q,
@@ -50,7 +56,7 @@ bool GroupRest::is_explained_by_gaps(std::span<const int> group, const Vector& g
   double size = 0;
   for (const int i : group) size += gap[i] * gap[i] / law_.normal_delassus(i);
   change_ = q_moved - q;
-  return is_explained(energy(q), size, group.size());
+  return is_explained(q, size, group.size());
 }
 
 const std::vector<int>& GroupRest::find_wedge(std::span<const int> contacts, const Vector& lambda_n) {
@@ -73,12 +79,6 @@ const std::vector<int>& GroupRest::find_wedge(std::span<const int> contacts, con
   const double inclination = std::clamp(std::sqrt(scales_.redundant()), kFlat, kSteep);  // redundant: 100 delta / gap
   if (change_.lpNorm<Eigen::Infinity>() >= inclination * largest) wedge_.clear();
   return wedge_;
-}
-
-/// (3)
-bool GroupRest::is_explained(double energy, double of_group, std::size_t n) const {
-  const auto count = static_cast<double>(n);
-  return energy <= kExplained * count * count * of_group;
 }
 
 }  // namespace ricochet

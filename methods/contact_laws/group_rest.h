@@ -49,6 +49,9 @@ class GroupRest {
   /// (3) for a velocity that an impact of the group changes from v to v_plus.
   bool is_explained_by_rates(std::span<const int> group, const Vector& q, const Eigen::Ref<const Vector>& v,
                              const Eigen::Ref<const Vector>& v_plus);
+  /// (3) for velocities v and v_plus at q. @param of_group  the sum on its right side; @param n  number of its terms
+  bool is_explained(const Vector& q, const Eigen::Ref<const Vector>& v, const Eigen::Ref<const Vector>& v_plus,
+                    double of_group, std::size_t n);
   /// W of (4) among these contacts, empty where (4) does not hold.
   const std::vector<int>& find_wedge(std::span<const int> contacts, const Vector& lambda_n);
   /// (3) for positions q and q_moved. @param gap  n_c, at q
@@ -57,8 +60,7 @@ class GroupRest {
  private:
   static constexpr double kSunk = 4;
 
-  double energy(const Vector& q);
-  bool is_explained(double energy, double of_group, std::size_t n) const;
+  bool is_explained(const Vector& q, double of_group, std::size_t n);
 
   const Problem& problem_;
   const ContactScales& scales_;

@@ -73,24 +73,26 @@ bool EventDrivenRun::stop_undetermined() {
   return stop(Status::inner_solver_failed, ModeDynamics::kUndetermined);
 }
 
-/// Ends the run with what made its steps short.
+double EventDrivenRun::slip_speed(int contact) {
+  double v_t[2]{0, 0};
+  functions_.slip_velocity(contact, ends_.q0.data(), ends_.v0.data(), v_t);
+  return std::hypot(v_t[0], v_t[1]);
+}
+
+/// Ends the run with the function or the error that made its steps short.
 bool EventDrivenRun::stop_too_short() {
   const int contact = shortened_by_ ? shortened_by_.contact : functions_.slowest_slip(ends_.v0);
   if (contact < 0)
     return stop(Status::inner_solver_failed,
                 "the steps become too short: their error estimate stays above the tolerance");
   const std::string& name = info_.contacts[contact].name;
-  const auto message = [&](const char* what) {
+  const auto message = [&](const std::string& what) {
     return stop(Status::inner_solver_failed, fmt::format("the steps become too short: {} at contact '{}'", what, name),
                 {FailureCode::not_stated, {name}});
   };
-  if (!shortened_by_) {
-    double v_t[2]{0, 0};
-    functions_.slip_velocity(contact, ends_.q0.data(), ends_.v0.data(), v_t);
+  if (!shortened_by_)
     return message(
-        fmt::format("the error estimate stays above the tolerance, with slip of {:.3g} m/s", std::hypot(v_t[0], v_t[1]))
-            .c_str());
-  }
+        fmt::format("the error estimate stays above the tolerance, with slip of {:.3g} m/s", slip_speed(contact)));
   switch (shortened_by_.kind) {
     case SwitchKind::gap_closes:
       return message("the gap closes too flatly to be located");
@@ -121,9 +123,7 @@ bool EventDrivenRun::stop_accumulation(const DetectedEvent& cause) {
         return "it sticks and slips in turn";
     }
   };
-  double v_t[2]{0, 0};
-  if (contact.n_t > 0) functions_.slip_velocity(i, ends_.q0.data(), ends_.v0.data(), v_t);
-  const std::string slip = contact.n_t > 0 ? fmt::format(", slip {:.3g} m/s", std::hypot(v_t[0], v_t[1])) : "";
+  const std::string slip = contact.n_t > 0 ? fmt::format(", slip {:.3g} m/s", slip_speed(i)) : "";
   return stop(Status::step_limit, fmt::format("events accumulate at contact '{}': {}{}", contact.name, what(), slip),
               {FailureCode::not_stated, {contact.name}});
 }

@@ -76,6 +76,7 @@ class EventDrivenRun {
   bool accelerate();
   bool stop(Status status, const std::string& message, FailureReason reason = {});
   bool stop_undetermined();
+  double slip_speed(int contact);
   bool stop_too_short();
   bool stop_accumulation(const DetectedEvent& cause);
   void shorten(double h, const DetectedEvent& cause);

@@ -29,7 +29,7 @@ ModeChange::ModeChange(const Problem& problem, ContactScales& scales, ModeDynami
                dynamics_.set_modes(modes, q.data(), v.data());
                return dynamics_.project(q.data(), v.data());
              }),
-      slow_slip_(problem, scales, law_),
+      slow_slip_(problem, impacts_.rest(), law_),
       modes_(problem.info().contacts.size(), ContactMode::open) {
   for (auto* list : {&touching_, &beginning_}) list->reserve(modes_.size());
   after_.reserve(modes_.size());
@@ -51,9 +51,14 @@ bool ModeChange::is_low(int contact, const Vector& q, const Vector& v_minus) {
 }
 
 double ModeChange::free_gap_acceleration(int contact, const Vector& q, const Vector& v) {
-  const Vector& w = law_.free_acceleration(q, v);
+  law_.free_acceleration(q, v);
+  return gap_acceleration(contact, q, v);
+}
+
+/// Gap acceleration under what ImpactSolver::acceleration() holds.
+double ModeChange::gap_acceleration(int contact, const Vector& q, const Vector& v) {
   problem_.gap_acceleration_bias_of({&contact, 1}, q.data(), v.data(), bias_.data());
-  return law_.normal_velocity(contact, w) + bias_[contact];
+  return law_.normal_velocity(contact, law_.acceleration()) + bias_[contact];
 }
 
 /// Whether a contact that has just closed without an impact, at a rate that separates, does so by a hop that is lower
@@ -103,12 +108,6 @@ void ModeChange::leave_idle(const DetectedEvent& cause, const Vector& q, const V
   for (const int i : impacts_.candidates()) load = std::max(load, law_.normal_velocity_scale(i, w));
   no_acceleration_ = std::max(ContactScales::kStageRounding, scales_.redundant()) * load;
   std::erase_if(closed_, [&](const auto& closed) { return std::ranges::count(idle_, closed.contact) > 0; });
-}
-
-/// Gap acceleration under the load and the forces of closed_.
-double ModeChange::gap_acceleration(int contact, const Vector& q, const Vector& v) {
-  problem_.gap_acceleration_bias_of({&contact, 1}, q.data(), v.data(), bias_.data());
-  return law_.normal_velocity(contact, law_.acceleration()) + bias_[contact];
 }
 
 /// (3): adds to closed_ the idle contacts that the others do not hold.

@@ -1,17 +1,11 @@
 #include "methods/event_driven/slow_slip.h"
 
-#include <algorithm>
 #include <cmath>
 
 namespace ricochet {
-namespace {
 
-constexpr double kExplained = 16;  // of (3)
-
-}  // namespace
-
-SlowSlip::SlowSlip(const Problem& problem, const ContactScales& scales, ImpactSolver& law)
-    : problem_(problem), scales_(scales), law_(law) {
+SlowSlip::SlowSlip(const Problem& problem, GroupRest& rest, ImpactSolver& law)
+    : problem_(problem), rest_(rest), law_(law) {
   held_.reserve(problem.info().contacts.size());
 }
 
@@ -64,13 +58,9 @@ bool SlowSlip::release_all(std::vector<ImpactSolver::ClosedContact>& closed) {
 
 bool SlowSlip::is_explained(const Vector& q, const Vector& v, const Vector& v_plus) {
   if (held_.empty()) return true;
-  if (M_.size() == 0) M_.resize(problem_.n_q(), problem_.n_q());
-  problem_.mass_matrix(q.data(), M_.data());
-  change_ = v_plus - v;
   double size = 0;
   for (const Held& held : held_) size += held.size;
-  const auto n = static_cast<double>(held_.size());
-  return change_.dot(M_ * change_) <= kExplained * n * n * size;
+  return rest_.is_explained(q, v, v_plus, size, held_.size());
 }
 
 }  // namespace ricochet

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "methods/contact_laws/contact_scales.h"
 #include "methods/contact_laws/contacts_after_impact.h"
+#include "methods/contact_laws/group_rest.h"
 #include "methods/contact_laws/impact_solver.h"
 #include "methods/event_driven/event_functions.h"
 #include "problems/problem.h"
@@ -26,10 +26,12 @@ namespace ricochet {
 /// velocities of a group may depend on each other; the change of v is accepted if
 ///
 ///   dv' M dv <= 16 n^2 sum |v_t|^2 / G_tt                                                                 (3)
+///
+/// as in group_rest.h (3).
 class SlowSlip {
  public:
   /// All references must outlive this object. @param law  prepared by its owner
-  SlowSlip(const Problem& problem, const ContactScales& scales, ImpactSolver& law);
+  SlowSlip(const Problem& problem, GroupRest& rest, ImpactSolver& law);
 
   /// Before a run. @param tolerance  of (1)
   void restart(double tolerance);
@@ -60,13 +62,11 @@ class SlowSlip {
   bool release_if(std::vector<ImpactSolver::ClosedContact>& closed, const auto& is_released);
 
   const Problem& problem_;
-  const ContactScales& scales_;
+  GroupRest& rest_;
   ImpactSolver& law_;
   double quick_ = 0;  // t_low [s]
   long row_ = 0;
   std::vector<Held> held_;
-  Matrix M_;
-  Vector change_;
 };
 
 }  // namespace ricochet

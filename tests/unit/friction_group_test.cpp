@@ -94,7 +94,8 @@ TEST(SlowSlip, IsFollowedForSixteenEvents) {
   Counters counters;
   const ContactScales scales(*problem);
   ImpactSolver law(*problem, FrictionPolygon(), scales, counters);
-  SlowSlip slip(*problem, scales, law);
+  GroupRest rest(*problem, scales, law);
+  SlowSlip slip(*problem, rest, law);
   constexpr double tolerance = 1e-8;
   const double t_low = problem->info().end_time / 10 * std::sqrt(2 * tolerance);
   slip.restart(tolerance);
