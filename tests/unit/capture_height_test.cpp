@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "methods/registry.h"
 #include "problems/input_error.h"
 #include "problems/problem.h"
 #include "problems/scene_file/scene_file.h"
+#include "tests/ground_truth/method_run.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
@@ -16,15 +16,9 @@ namespace {
 
 constexpr const char* kCapturing = "fesd_adaptive:radau-iia:4";
 
-Solution run_capturing(const Problem& problem, const std::string& method, double tolerance = 1e-8) {
-  Settings settings;
-  settings.tolerance = tolerance;
-  return make_method(method)->solve(problem, settings);
-}
-
 std::string rejection(const Problem& problem, const std::string& method) {
   try {
-    run_capturing(problem, method);
+    run_as(problem, {method.c_str(), 0, 1e-8});
   } catch (const InputError& error) {
     return error.what();
   }
@@ -46,7 +40,7 @@ TEST_P(CapturesOfDiscs, RemoveLessWhereTheHeightIsLess) {
   const auto problem = make_problem("balls_in_box", {{"n", static_cast<double>(n)}, {"e", e}});
   std::vector<double> sums;
   for (const double height : {4e-7, 1e-7, 2.5e-8, 6.25e-9}) {
-    const Solution solution = run_capturing(*problem, fmt::format("{},capture_height={}", method, height), 1e-9);
+    const Solution solution = run_as(*problem, {fmt::format("{},capture_height={}", method, height).c_str(), 0, 1e-9});
     ASSERT_TRUE(solution.succeeded()) << solution.message;
     double t = 0;
     for (const CapturedGroup& capture : solution.captures) {
@@ -103,7 +97,8 @@ TEST(CaptureHeight, OfASceneWithoutRadiiIsBoundedByItsGaps) {
 
 TEST(CaptureHeight, ChangesNothingOfASingleContact) {
   const auto problem = make_problem("bouncing_ball", {});
-  const Solution with = run_capturing(*problem, "event_driven,capture_height=1e-9"), without = run_capturing(*problem, "event_driven");
+  const Solution with = run_as(*problem, {"event_driven,capture_height=1e-9", 0, 1e-8}),
+                 without = run_as(*problem, {"event_driven", 0, 1e-8});
   ASSERT_TRUE(with.succeeded() && without.succeeded());
   EXPECT_EQ(with.q, without.q);
   EXPECT_EQ(with.v, without.v);

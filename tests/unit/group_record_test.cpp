@@ -5,20 +5,14 @@
 
 #include <algorithm>
 
-#include "methods/registry.h"
 #include "problems/problem.h"
+#include "tests/ground_truth/method_run.h"
 #include "tests/test_data.h"
 
 namespace ricochet {
 namespace {
 
 constexpr const char* kRecording = "fesd_adaptive:radau-iia:4";
-
-Solution solve(const Problem& problem, const std::string& method, double tolerance = 1e-8) {
-  Settings settings;
-  settings.tolerance = tolerance;
-  return make_method(method)->solve(problem, settings);
-}
 
 ProblemInfo three_contacts() {
   ProblemInfo info;
@@ -74,7 +68,7 @@ TEST(GroupRecord, KeepsCapturesAndTheFirstWedgeOfEachContact) {
 
 TEST(Captures, OfDiscsAreRecordedByFesdToo) {
   const auto problem = make_problem("balls_in_box", {{"n", 8.0}, {"e", 0.3}});
-  const Solution solution = solve(*problem, kRecording);
+  const Solution solution = run_as(*problem, {kRecording, 0, 1e-8});
   ASSERT_TRUE(solution.succeeded()) << solution.message;
   ASSERT_FALSE(solution.captures.empty());
   for (const CapturedGroup& capture : solution.captures) {
@@ -87,7 +81,7 @@ TEST(Captures, OfDiscsAreRecordedByFesdToo) {
 TEST(OpenWedge, IsRecordedOfARowAsWideAsItsBox) {
   const auto problem = make_problem("balls_in_box", {{"n", 5.0}, {"e", 0.3}, {"seed", 1.0}});
   for (const char* method : {"event_driven", kRecording}) {
-    const Solution solution = solve(*problem, method);
+    const Solution solution = run_as(*problem, {method, 0, 1e-8});
     ASSERT_TRUE(solution.succeeded()) << solution.message;
     ASSERT_FALSE(solution.wedges.empty()) << method;
     std::vector<std::string> names;
@@ -100,7 +94,7 @@ TEST(OpenWedge, IsRecordedOfARowAsWideAsItsBox) {
   }
   // Two discs beside each other in a box for four.
   const auto two = make_problem("balls_in_box", {{"n", 2.0}, {"e", 0.3}});
-  EXPECT_TRUE(solve(*two, "event_driven").wedges.empty());
+  EXPECT_TRUE(run_as(*two, {"event_driven", 0, 1e-8}).wedges.empty());
 }
 
 }  // namespace
