@@ -142,7 +142,7 @@ void GroupCapture::add_left(const Vector& v) {
   for (const int i : instant_.refused) instant_.rates.push_back(law_.normal_velocity(i, v));
 }
 
-/// What closing group_ at v_before_ removes: gaps, and bounces of the heights in group_rest.h (2).
+/// The motion that the closing of group_ at v_before_ removes: gaps, and bounces up to the heights of group_rest.h (2).
 CapturedGroup GroupCapture::removed() const {
   CapturedGroup capture{.n_contacts = static_cast<int>(group_.size())};
   const auto rate = [&](int i) { return std::abs(law_.normal_velocity(i, v_before_)); };

@@ -9,7 +9,7 @@
 
 namespace ricochet {
 
-/// What happens to groups of contacts at an instant.
+/// The events of groups of contacts at an instant.
 struct GroupInstant {
   CapturedGroup capture{};      ///< without its time; no contacts: none
   std::vector<int> wedge{};     ///< contacts of a wedge that is left open
@@ -60,7 +60,7 @@ class GroupCapture {
 
   /// Contacts that may sink since the last begin().
   const std::vector<int>& refused() const { return refused_; }
-  /// What the instant since the last begin() has done to groups; the runs record it (group_record.h).
+  /// The events since the last begin(); the runs record them (group_record.h).
   const GroupInstant& instant() const { return instant_; }
   /// After the other contacts are closed: adds those that the impacts have left to refused(). @param v  there
   void add_left(const Vector& v);

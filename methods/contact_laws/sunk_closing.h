@@ -4,7 +4,7 @@
 
 namespace ricochet {
 
-/// Where a contact that may sink (group_capture.h) closes along a path: where its gap g has fallen to -level. With
+/// The closing of a contact that may sink (group_capture.h) along a path: its gap g has fallen to -level. With
 /// delta = ContactScales::capture_height() and s = max(0, -g(0)),
 ///
 ///   level = max(delta, s)                                                                      (1)

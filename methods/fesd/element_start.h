@@ -107,7 +107,7 @@ class ElementStartSolver {
   /// A contact whose gap is too far below zero for a motion (group_capture.h), at the end q of the element that has this
   /// start; -1: none. Only those that may sink get there.
   int sunk(const ElementStart& start, const Vector& q);
-  /// What the start that begin() has made last has done to groups.
+  /// The events of groups at the last start that begin() has made.
   const GroupInstant& groups() const { return groups_.instant(); }
   /// Closes groups at rest at the start that is tried next, however few of their bounces were followed: elements for
   /// flights of a few roundings fail. False where that has been tried.

@@ -46,7 +46,7 @@ class FesdRun {
   /// @return false where the step fails the last check, or refused groups end the run: it has ended with the reason; or
   /// where Settings::ends holds
   /// @param previous  the one before it, or null; @param t, t_end  from and to [s]
-  /// @param groups  what happens to groups of contacts where the step begins
+  /// @param groups  events of groups of contacts where the step begins
   bool accept(const FesdStep& step, const FesdStep* previous, double t, double t_end, const GroupInstant& groups = {});
   /// The run ends here. @param message, reason  why; not read after a time limit, which has its own message
   void fail(Status status, const std::string& where, const std::string& message, FailureReason reason = {});

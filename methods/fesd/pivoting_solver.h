@@ -98,7 +98,7 @@ class PivotingSolver {
 
   /// ElementStartSolver::sunk() at the end of a step of one element.
   int sunk() { return start_solver_.sunk(buffers_.start_of(0), step().last().q1); }
-  /// What happened to groups at the start of a step of one element.
+  /// The events of groups at the start of a step of one element.
   const GroupInstant& groups() const { return start_solver_.groups(); }
   /// After a step of one element that failed: closes groups at rest in the next one, if it has not tried that.
   bool settle() { return start_solver_.settle(); }
