@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "problems/regions/region_problems.h"
+#include "problems/run_pieces.h"
 #include "reference/stop.h"
 
 namespace ricochet::reference {

@@ -9,6 +9,7 @@
 #include "methods/regions/time_switch.h"
 #include "methods/time_limit.h"
 #include "problems/input_error.h"
+#include "problems/run_pieces.h"
 #include "problems/variables.h"
 
 namespace ricochet {

@@ -68,13 +68,6 @@ int side_of_exit(RegionProblems& regions, const std::vector<int>& signs, int k, 
 /// Moves v to psi_k = 0 for the functions on which the motion slides, in the norm of M: what it has drifted by.
 void hold_on_borders(RegionProblems& regions, const std::vector<int>& signs, const Vector& q, Vector& v);
 
-/// Moves a state to the surfaces of contacts that are closed, in the norm of M: what they have drifted by, within the
-/// tolerance, would be a flight at the start of a run. Likewise the velocity of contacts that stick.
-/// @param modes   of all contacts; empty if they are not known: then nothing is moved
-/// @param sticks  n_c, one direction each: contacts whose slip velocity becomes zero; empty for none
-void hold_closed(const Problem& here, const std::vector<ContactMode>& modes, const std::vector<char>& sticks, Vector& q,
-                 Vector& v);
-
 /// Where contacts first act on the functions on which a `region` slides.
 struct ActingContact {
   int contact = -1;        ///< -1: none does
@@ -85,14 +78,5 @@ struct ActingContact {
 /// The first contact that acts on the functions on which the `region` slides (sliding.h) and is closed at the start of a
 /// `piece` of a run, or has an event in it.
 ActingContact acting_contact(const Problem& region, const Solution& piece);
-
-/// The next piece of a run on a grid of `n` steps up to the time `T`, which begins at `t`: as many whole steps as there
-/// are before `until`, or the rest of a step. All times in s. @returns its steps; sets `until` to its end
-int piece_on_grid(double t, double T, int n, double& until);
-
-/// Adds a `piece` of a run to the `whole`, at whose end it begins. Contacts that the border between them has changed
-/// get an event. Derivatives are left alone.
-/// @param modes  of all contacts at the end of `whole`; empty at its start, or if the method has no modes
-void append(const ProblemInfo& info, Solution piece, Solution& whole, std::vector<ContactMode>& modes);
 
 }  // namespace ricochet

@@ -9,6 +9,7 @@
 
 #include "problems/derivatives/symbolic_problem.h"
 #include "problems/regions/region_problems.h"
+#include "problems/run_pieces.h"
 
 namespace ricochet {
 namespace {
