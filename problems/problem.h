@@ -342,6 +342,14 @@ class Problem {
     return nullptr;
   }
 
+  /// The problem of these `coordinates` alone, with these `contacts`, which push no others. Both ascend. The geometry is
+  /// that of the whole. Null where other things than contacts may couple coordinates, or where the scene has formulas
+  /// only.
+  virtual std::unique_ptr<Problem> part([[maybe_unused]] std::span<const int> coordinates,
+                                        [[maybe_unused]] std::span<const int> contacts) const {
+    return nullptr;
+  }
+
   /// The scene as formulas, which can be varied, written and proven; null where it has none.
   virtual const SymbolicModel* formulas() const { return nullptr; }
   /// The problem itself if it computes with its formulas, so that it can be transcribed; else null.

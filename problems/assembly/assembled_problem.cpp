@@ -1,6 +1,7 @@
 #include "problems/assembly/assembled_problem.h"
 
 #include <algorithm>
+#include <map>
 #include <mutex>
 #include <stdexcept>
 
@@ -57,6 +58,30 @@ const SymbolicModel* AssembledProblem::formulas() const {
   const std::lock_guard lock(mutex);
   if (!formulas_) formulas_ = normalized(make_model_());
   return &*formulas_;
+}
+
+std::unique_ptr<Problem> AssembledProblem::part(std::span<const int> coordinates, std::span<const int> contacts) const {
+  auto part = std::make_unique<AssembledProblem>(
+      SceneText{info_.id.c_str(), info_.title.c_str(), info_.source.c_str(), info_.hard_feature.c_str()},
+      info_.end_time);
+  std::vector<int> number(masses_.size(), -1);  // of a coordinate in the part
+  for (const int k : coordinates)
+    number[static_cast<std::size_t>(k)] = part->add_coordinate(masses_[k], forces_[k], info_.q0[k], info_.v0[k]);
+  std::map<const ContactCopies*, Kind> kinds;
+  for (const int i : contacts) {
+    const Copy& copy = copies_[static_cast<std::size_t>(i)];
+    auto [kind, is_new] = kinds.try_emplace(copy.kind);
+    if (is_new) {
+      part->kinds_.push_back(copy.kind->without_places());
+      kind->second = Kind(part->kinds_.back().get());
+    }
+    std::vector<int> of_part = copy.kind->place(copy.number).coordinates;
+    for (int& k : of_part) k = number[static_cast<std::size_t>(k)];
+    part->add_contact(kind->second, std::move(of_part), info_.contacts[static_cast<std::size_t>(i)].name);
+  }
+  part->info_.geometry = info_.geometry;
+  part->info_.impact_law = info_.impact_law;
+  return part;
 }
 
 void AssembledProblem::mass_matrix(const double*, double* M) const {

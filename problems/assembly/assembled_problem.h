@@ -55,6 +55,8 @@ class AssembledProblem : public Problem {
   /// Made at the first call; n_q^2 entries of M.
   const SymbolicModel* formulas() const override;
 
+  std::unique_ptr<Problem> part(std::span<const int> coordinates, std::span<const int> contacts) const override;
+
   void mass_matrix(const double* q, double* M) const override;
   void force(const double* q, const double* v, const double* u, double* f) const override;
   void gap(const double* q, double* f_c) const override;

@@ -24,6 +24,9 @@ class ContactCopies {
   /// The contact in the small scene.
   virtual const ContactInfo& contact() const = 0;
   virtual int n_local() const = 0;
+  /// The same kind of contact without copies.
+  virtual std::unique_ptr<ContactCopies> without_places() const = 0;
+  const ContactPlace& place(std::size_t copy) const { return places_[copy]; }
   void add(ContactPlace place) { places_.push_back(std::move(place)); }
   std::size_t count() const { return places_.size(); }
 
@@ -88,24 +91,26 @@ struct ContactScene {
 template <template <class> class Scene>
 class CopiesOf final : public ContactCopies {
  public:
-  explicit CopiesOf(const Scene<double>& scene) : local_(scene) {}
+  explicit CopiesOf(const Scene<double>& scene) : CopiesOf(std::make_shared<const CompiledProblem<Scene>>(scene)) {}
+  explicit CopiesOf(std::shared_ptr<const CompiledProblem<Scene>> local) : local_(std::move(local)) {}
 
-  const ContactInfo& contact() const override { return local_.info().contacts[0]; }
+  const ContactInfo& contact() const override { return local_->info().contacts[0]; }
   int n_local() const override { return n; }
+  std::unique_ptr<ContactCopies> without_places() const override { return std::make_unique<CopiesOf>(local_); }
 
   void gap(const double* q, double* f_c) const override {
     for (std::size_t copy = 0; copy < places_.size(); ++copy) CopiesOf::gap_of(copy, q, f_c);
   }
   void gap_of(std::size_t copy, const double* q, double* f_c) const override {
     const auto& place = places_[copy];
-    local_.gap(gather(place, q).data(), f_c + place.contact);
+    local_->gap(gather(place, q).data(), f_c + place.contact);
   }
   void normal_jacobian(const double* q, double* J_n) const override {
     for (std::size_t copy = 0; copy < places_.size(); ++copy) CopiesOf::normal_jacobian_of(copy, q, J_n);
   }
   void normal_jacobian_of(std::size_t copy, const double* q, double* J_n) const override {
     const auto& place = places_[copy];
-    local_.normal_jacobian(gather(place, q).data(), J_n + place.normal_begin);
+    local_->normal_jacobian(gather(place, q).data(), J_n + place.normal_begin);
   }
   void tangent_jacobian(const double* q, double* J_t) const override {
     for (std::size_t copy = 0; copy < places_.size(); ++copy) CopiesOf::tangent_jacobian_of(copy, q, J_t);
@@ -113,31 +118,31 @@ class CopiesOf final : public ContactCopies {
   void tangent_jacobian_of(std::size_t copy, const double* q, double* J_t) const override {
     if (contact().n_t == 0) return;
     const auto& place = places_[copy];
-    local_.tangent_jacobian(gather(place, q).data(), J_t + place.tangent_begin);
+    local_->tangent_jacobian(gather(place, q).data(), J_t + place.tangent_begin);
   }
   void gap_acceleration_bias(const double* q, const double* v, double* b) const override {
     for (std::size_t copy = 0; copy < places_.size(); ++copy) CopiesOf::gap_acceleration_bias_of(copy, q, v, b);
   }
   void gap_acceleration_bias_of(std::size_t copy, const double* q, const double* v, double* b) const override {
     const auto& place = places_[copy];
-    local_.gap_acceleration_bias(gather(place, q).data(), gather(place, v).data(), b + place.contact);
+    local_->gap_acceleration_bias(gather(place, q).data(), gather(place, v).data(), b + place.contact);
   }
   void gap_bounds(std::size_t copy, const Interval* q, Interval* f_c) const override {
     const auto& place = places_[copy];
-    local_.gap_bounds({}, gather(place, q).data(), f_c + place.contact);
+    local_->gap_bounds({}, gather(place, q).data(), f_c + place.contact);
   }
   void normal_bounds(std::size_t copy, const Interval* q, Interval* J_n) const override {
     const auto& place = places_[copy];
-    local_.normal_bounds({}, gather(place, q).data(), J_n + place.normal_begin);
+    local_->normal_bounds({}, gather(place, q).data(), J_n + place.normal_begin);
   }
   void tangent_bounds(std::size_t copy, const Interval* q, Interval* J_t) const override {
     if (contact().n_t == 0) return;
     const auto& place = places_[copy];
-    local_.tangent_bounds({}, gather(place, q).data(), J_t + place.tangent_begin);
+    local_->tangent_bounds({}, gather(place, q).data(), J_t + place.tangent_begin);
   }
   void gap_bias_bounds(std::size_t copy, const Interval* q, const Interval* v, Interval* b) const override {
     const auto& place = places_[copy];
-    local_.gap_bias_bounds({}, gather(place, q).data(), gather(place, v).data(), b + place.contact);
+    local_->gap_bias_bounds({}, gather(place, q).data(), gather(place, v).data(), b + place.contact);
   }
   void slip_derivative_bounds(std::size_t copy, const Interval* q, const Interval* v, int n_lambda_t,
                               Interval* T) const override {
@@ -145,7 +150,7 @@ class CopiesOf final : public ContactCopies {
     if (contact().is_affine || n_t == 0) return;
     const auto& place = places_[copy];
     std::array<Interval, 2 * n> block;
-    local_.slip_derivative_bounds({}, gather(place, q).data(), gather(place, v).data(), block.data());
+    local_->slip_derivative_bounds({}, gather(place, q).data(), gather(place, v).data(), block.data());
     for (int k = 0; k < n; ++k) {
       for (int d = 0; d < n_t; ++d) T[place.coordinates[k] * n_lambda_t + place.tangent_index + d] = block[k * n_t + d];
     }
@@ -156,8 +161,8 @@ class CopiesOf final : public ContactCopies {
     std::array<double, n * n> block;
     for (const auto& place : places_) {
       if (lambda_n[place.contact] == 0 && contact().n_t == 0) continue;
-      local_.contact_force_derivative(gather(place, q).data(), lambda_n + place.contact,
-                                      lambda_t ? lambda_t + place.tangent_index : nullptr, block.data());
+      local_->contact_force_derivative(gather(place, q).data(), lambda_n + place.contact,
+                                       lambda_t ? lambda_t + place.tangent_index : nullptr, block.data());
       scatter(place, block, n_q, Jl_q);
     }
   }
@@ -166,7 +171,7 @@ class CopiesOf final : public ContactCopies {
     if (contact().is_affine || n_t == 0) return;
     std::array<double, 2 * n> block;
     for (const auto& place : places_) {
-      local_.slip_velocity_derivative(gather(place, q).data(), gather(place, v).data(), block.data());
+      local_->slip_velocity_derivative(gather(place, q).data(), gather(place, v).data(), block.data());
       for (int k = 0; k < n; ++k) {
         for (int d = 0; d < n_t; ++d)
           T[place.coordinates[k] * n_lambda_t + place.tangent_index + d] += block[k * n_t + d];
@@ -179,9 +184,9 @@ class CopiesOf final : public ContactCopies {
     const std::array<double, n> none{};
     std::array<double, 4 * n * n> block;
     for (const auto& place : places_) {
-      local_.dynamics_hessian(gather(place, q).data(), gather(place, v).data(), nullptr, none.data(),
-                              lambda_n + place.contact, lambda_t ? lambda_t + place.tangent_index : nullptr,
-                              gather(place, w).data(), block.data());
+      local_->dynamics_hessian(gather(place, q).data(), gather(place, v).data(), nullptr, none.data(),
+                               lambda_n + place.contact, lambda_t ? lambda_t + place.tangent_index : nullptr,
+                               gather(place, w).data(), block.data());
       for (int column = 0; column < 2 * n; ++column) {
         for (int row = 0; row < 2 * n; ++row)
           H[at(place, column, n_q) * 2 * n_q + at(place, row, n_q)] += block[column * 2 * n + row];
@@ -192,7 +197,7 @@ class CopiesOf final : public ContactCopies {
     if (contact().is_affine) return;
     std::array<double, n * n> block;
     for (const auto& place : places_) {
-      local_.gap_hessian(gather(place, q).data(), w + place.contact, block.data());
+      local_->gap_hessian(gather(place, q).data(), w + place.contact, block.data());
       scatter(place, block, n_q, H);
     }
   }
@@ -217,7 +222,7 @@ class CopiesOf final : public ContactCopies {
     }
   }
 
-  CompiledProblem<Scene> local_;
+  std::shared_ptr<const CompiledProblem<Scene>> local_;
 };
 
 }  // namespace ricochet
