@@ -8,6 +8,7 @@ namespace {
 
 // Impacts at one instant that lose this few of their velocity are not followed to their end.
 constexpr int kMaxImpacts = 10000;
+constexpr int kFewPlastic = 8;
 // A contact that parts faster than that many times the fastest approach is none of S.
 constexpr double kParts = 8;
 // Rates that are left, over the low speed.
@@ -213,7 +214,8 @@ ImpactSequence::Outcome ImpactSequence::follow_impacts(const Vector& q, const st
     return outcome;
   };
   bool has_forces = find_first(q, v, before, touching);
-  int followed = most_followed(candidates_.size());
+  const int most = most_followed(candidates_.size());
+  int followed = candidates_are_plastic() ? std::min(kFewPlastic, most) : most;
   while (find_approaching(v)) {
     outcome.failed_contact = approaching_.front();
     if (!has_forces) {
@@ -222,8 +224,8 @@ ImpactSequence::Outcome ImpactSequence::follow_impacts(const Vector& q, const st
       break;
     }
     if (outcome.n_impacts == followed) {
-      if (come_to_rest(q, v, Lambda_n, Lambda_t)) break;
-      if (is_slow(q, v)) {
+      if (come_to_rest(q, v, Lambda_n, Lambda_t, outcome.n_impacts < most)) break;
+      if (outcome.n_impacts >= most && is_slow(q, v)) {
         leave_approaching();
         break;
       }
@@ -280,9 +282,17 @@ bool ImpactSequence::is_slow(const Vector& q, const Eigen::Ref<const Vector>& v)
   return fastest_approach(v) <= kLeft * rest_.low_speed(q, v, candidates_);
 }
 
-/// (2)
+/// Whether all candidates have eps_r = 0 and no friction.
+bool ImpactSequence::candidates_are_plastic() const {
+  return std::ranges::all_of(candidates_, [&](int i) {
+    const auto& contact = law_.contact(i);
+    return contact.n_t == 0 && contact.eps_r == 0;
+  });
+}
+
+/// (2). @param all  only if every contact of the group is at rest then
 bool ImpactSequence::come_to_rest(const Vector& q, Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n,
-                                  Eigen::Ref<Vector> Lambda_t) {
+                                  Eigen::Ref<Vector> Lambda_t, bool all) {
   const double fastest = fastest_approach(v);
   group_.clear();
   for (const int i : candidates_) {
@@ -295,6 +305,8 @@ bool ImpactSequence::come_to_rest(const Vector& q, Eigen::Ref<Vector> v, Eigen::
   if (law_.impact(group_, approaching_, v_, impulse_n_, impulse_t_, ImpactSolver::Rebound::none) != LcpStatus::solved ||
       !rest_.is_explained_by_rates(group_, q, v, v_) || !rest_.find_wedge(group_, impulse_n_).empty())
     return false;
+  const auto rests_now = [&](int i) { return law_.normal_velocity(i, v_) <= scales_.no_drift(i); };
+  if (all && !std::ranges::all_of(group_, rests_now)) return false;
   if (kept_) kept_->push_back({v, v_, impulse_n_, impulse_t_});
   v = v_;
   record_impact(v);

@@ -93,7 +93,9 @@ class ImpactSequence {
                   const std::vector<int>& touching);
   bool find_next(const Vector& q, const Eigen::Ref<const Vector>& v, const Eigen::Ref<const Vector>& Lambda_n,
                  const std::vector<ContactMode>* before, const std::vector<int>& touching);
-  bool come_to_rest(const Vector& q, Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t);
+  bool candidates_are_plastic() const;
+  bool come_to_rest(const Vector& q, Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t,
+                    bool all);
   void leave_approaching();
   bool leave_wedge(const std::vector<int>& contacts, const Vector& q, const Eigen::Ref<const Vector>& v);
   bool is_slow(const Vector& q, const Eigen::Ref<const Vector>& v);
