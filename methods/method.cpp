@@ -8,6 +8,7 @@
 #include <new>
 #include <optional>
 
+#include "methods/islands/island_run.h"
 #include "methods/regions/region_run.h"
 #include "methods/regions/until_run.h"
 #include "methods/step_check.h"
@@ -77,6 +78,11 @@ bool needs_until(const MethodInfo& method, const ProblemInfo& problem) {
   return problem.until >= 0 && !method.has_regions && !method.ends_runs;
 }
 
+/// Whether bodies that do not meet run apart from each other.
+bool runs_by_islands(const MethodInfo& method, const Problem& problem, const Settings& settings) {
+  return method.has_islands && IslandRun::can_divide(settings) && IslandRun::is_worth_it(problem);
+}
+
 /// The settings of a run: events and grid points are recorded where complete() looks at them.
 Settings with_events(Settings settings, const ProblemInfo& problem) {
   if (problem.n_friction_elements > 0) settings.recording = std::max(settings.recording, Recording::events);
@@ -132,7 +138,7 @@ void Method::require_support(const ProblemInfo& problem) const {
 Solution Method::solve(const Problem& problem, const Settings& settings) const {
   require_support(problem.info());
   if (problem.info().has_static_friction() || runs_by_regions(info(), problem.info()) ||
-      needs_until(info(), problem.info()))
+      needs_until(info(), problem.info()) || runs_by_islands(info(), problem, settings))
     return prepare(problem)->solve(settings);
   check(info(), problem.info(), settings);
   Solution solution = guarded(problem, [&] { return do_solve(problem, with_events(settings, problem.info())); });
@@ -150,7 +156,7 @@ class Method::CheckedSolver final : public Solver {
                                         const EndsRun& ends) { return run_piece(here, sticks, steps, ends); });
     else if (runs_by_regions(info_, problem.info()))
       regions_.emplace(problem, info_.is_adaptive, [&method](const Problem& region) { return method.prepare(region); });
-    else
+    else if (!info_.has_islands || !IslandRun::is_worth_it(problem))
       solver_ = method.do_prepare(problem);
   }
 
@@ -160,6 +166,7 @@ class Method::CheckedSolver final : public Solver {
     Solution solution = guarded(problem_, [&] {
       if (friction_) return run_by_friction(with);
       if (regions_) return regions_->solve(with);
+      if (runs_by_islands(info_, problem_, settings)) return run_by_islands(with);
       if (needs_until(info_, problem_.info()))
         return run_until(problem_, with, [&](const Problem& of, const Settings& s) {
           return solver_ && &of == &problem_ ? solver_->solve(s) : method_.do_solve(of, s);
@@ -178,6 +185,11 @@ class Method::CheckedSolver final : public Solver {
     return friction_->solve(info_.is_adaptive ? 0 : settings.steps);
   }
 
+  Solution run_by_islands(const Settings& settings) {
+    if (!islands_) islands_.emplace(problem_, [this](const Problem& part) { return method_.do_prepare(part); });
+    return islands_->solve(settings);
+  }
+
   Solution run_piece(const Problem& here, const StaticFrictionRun::Sticks& sticks, int steps, const EndsRun& ends) {
     Settings settings = of_pieces_;
     settings.steps = steps;
@@ -193,6 +205,7 @@ class Method::CheckedSolver final : public Solver {
   const Problem& problem_;
   std::unique_ptr<Solver> solver_;
   std::optional<RegionRun> regions_;           // in place of solver_
+  std::optional<IslandRun> islands_;           // of large scenes
   std::optional<StaticFrictionRun> friction_;  // likewise; its pieces have solvers of their own
   std::map<StaticFrictionRun::Sticks, std::unique_ptr<Solver>> pieces_;
   Settings of_pieces_;

@@ -43,6 +43,9 @@ struct Settings {
   UntilWatch* until = nullptr;  ///< called after each step: whether the run ends there; set by Method
   /// The same, of methods with static friction, which have events; set by Method.
   EndsRun ends = nullptr;
+  /// n_q intervals, which the run extends by bounds of the coordinates along each step; set by IslandRun.
+  std::vector<Interval>* reached = nullptr;
+  double begin = 0;    ///< time of the whole at which a part of it begins [s], for messages; set by IslandRun
   bool audit = false;  ///< evaluate every equation of the method after each step: Solution::residuals
 };
 
@@ -68,6 +71,9 @@ struct MethodInfo {
   /// It ends runs where they leave their region, and follows formulas that bend or jump region by region (RegionRun).
   /// Other methods evaluate the branch that holds at each point.
   bool has_regions = false;
+  /// It chooses its steps and locates events, so that Method can run bodies that do not meet apart from each other
+  /// (IslandRun).
+  bool has_islands = false;
   /// It ends runs itself where ProblemInfo::until vanishes. For other methods, Method does that.
   bool ends_runs = false;
   /// A step allocates no memory: what a run allocates depends on its events, not on its steps.

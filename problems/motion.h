@@ -53,6 +53,8 @@ class Motion {
   double begin_of(std::size_t piece) const { return pieces_[piece].begin; }  ///< Start of `piece` [s].
   double end_of(std::size_t piece) const { return pieces_[piece].end; }      ///< End of `piece` [s].
 
+  int degree_of(std::size_t piece) const { return static_cast<int>(pieces_[piece].x.cols()) - 1; }  ///< Of polynomials.
+
   /// Sets `q` and `v`, n_q each, to their values at the time `t` [s], with the limit `side` if two pieces meet there.
   /// @throws InputError for a time outside begin() to end()
   void at(double t, Vector& q, Vector& v, Side side = Side::after) const;

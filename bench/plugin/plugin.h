@@ -23,7 +23,7 @@ struct PluginInterface {
 };
 
 /// 1: Method, Solver, Settings, Solution, Problem, MethodEntry and SceneEntry of Ricochet 1.0
-inline constexpr int kPluginVersion = 11;
+inline constexpr int kPluginVersion = 12;
 /// The interface of these headers, as seen by the compiler that includes them.
 inline constexpr PluginInterface kPluginInterface = {
     kPluginVersion,

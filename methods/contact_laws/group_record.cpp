@@ -34,13 +34,13 @@ bool GroupRecord::add(double t, const GroupInstant& instant, Solution& solution)
   return ++refusals_ < kMostRefusals;
 }
 
-std::string GroupRecord::message() const {
+std::string GroupRecord::message(double begin) const {
   std::string names;
   for (std::size_t k = 0; k < refused_.size(); ++k)
     names += fmt::format("{}'{}' ({:.3g} m/s)", k == 0 ? "" : ", ",
                          problem_.contacts[static_cast<std::size_t>(refused_[k])].name, rates_[k]);
   return fmt::format("a group of contacts neither comes to rest nor parts, {} times since t = {:.12g} s: {}", refusals_,
-                     mark_, names);
+                     begin + mark_, names);
 }
 
 FailureReason GroupRecord::reason() const {

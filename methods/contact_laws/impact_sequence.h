@@ -26,7 +26,7 @@ namespace ricochet {
 ///   v+ = argmin |v - v_k|_M  over  N' v >= 0,   N = (J_n^i), i in S                                             (2)
 ///
 /// which is (1) once more for all of S with eps_r = 0. It takes the place of the impacts after 16 + 4 n of them at n
-/// contacts, unless v changes by more than the rates r = N' v_k explain (is_explained_by_rates(), group_rest.h): bodies
+/// contacts, and after 8 where all have eps_r = 0 and no friction and all of S is at rest then, unless v changes by more than the rates r = N' v_k explain (is_explained_by_rates(), group_rest.h): bodies
 /// then pass between others that nearly touch, and the directions that (1) holds would turn. Rates up to the low speed
 /// of group_rest.h are left as they are there. Impulses of a wedge (group_rest.h (4)), of one impact or of all at the
 /// instant together, are taken back: its contacts take no part.

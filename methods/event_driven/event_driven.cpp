@@ -91,6 +91,7 @@ class EventDriven final : public Method {
             .has_restitution_of_speed = true,
             .has_static_friction = true,
             .has_regions = true,
+            .has_islands = n_samples_ == 0,  // whose times count from the start
             .is_allocation_free = true};
   }
 

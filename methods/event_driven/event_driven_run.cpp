@@ -6,6 +6,8 @@
 #include <cmath>
 #include <utility>
 
+#include "methods/contact_laws/bernstein.h"
+
 namespace ricochet {
 namespace {
 
@@ -65,7 +67,7 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
 bool EventDrivenRun::stop(Status status, const std::string& message, FailureReason reason) {
   solution_.status = status;
   solution_.reason = std::move(reason);
-  solution_.message = fmt::format("at t = {:.6g} s: {}", t_, message);
+  solution_.message = fmt::format("at t = {:.6g} s: {}", settings_.begin + t_, message);
   return false;
 }
 
@@ -437,7 +439,7 @@ bool EventDrivenRun::change_modes(const DetectedEvent& cause) {
   standstills_ = is_soon ? standstills_ + 1 : 0;
   last_event_ = t_;
   if (!groups_.add(t_, mode_change_.groups(), solution_))
-    return stop(Status::step_limit, groups_.message(), groups_.reason());
+    return stop(Status::step_limit, groups_.message(settings_.begin), groups_.reason());
   if (standstills_ > kMaxStandstills) return stop_accumulation(cause);
   record(cause, outcome.has_impact ? v_minus_ : ends_.v0);
   if (sensitivity_ && !vary_event()) return false;
@@ -663,12 +665,25 @@ bool EventDrivenRun::sample_until(double end) {
 
 /// The interpolation of the step at hand, which ends at a time [s].
 void EventDrivenRun::record_motion(double end) {
+  bound_motion();
   if (settings_.recording != Recording::motion) return;
   solution_.motion.add(t_, end, ends_.degree(), [&](double s, Vector& q, Vector& v) {
     q.resize(info_.n_q);
     v.resize(info_.n_q);
     ends_.interpolate(s, q, v);
   });
+}
+
+/// Extends Settings::reached by the step at hand.
+void EventDrivenRun::bound_motion() {
+  if (settings_.reached == nullptr) return;
+  path_.resize(info_.n_q, ends_.degree() + 1);
+  path_error_.resize(info_.n_q);
+  ends_.bernstein(path_, path_error_);
+  for (int k = 0; k < info_.n_q; ++k) {
+    Interval& reached = (*settings_.reached)[static_cast<std::size_t>(k)];
+    reached = hull(reached, bernstein::range(path_.data() + k, ends_.degree(), info_.n_q));
+  }
 }
 
 void EventDrivenRun::record(const DetectedEvent& cause, const Vector& v_minus) {

@@ -70,6 +70,7 @@ class EventDrivenRun {
   bool settle_slip(const DetectedEvent& event);
   bool pass_slip(const DetectedEvent& event);
   void record_motion(double end);
+  void bound_motion();
   void record(const DetectedEvent& cause, const Vector& v_minus);
   bool sample_until(double end);
   bool sample_until(double end, const auto& reach);
@@ -101,6 +102,8 @@ class EventDrivenRun {
   std::vector<ContactMode> before_;
   std::vector<int> stopped_;  // contacts in space that stop at this instant
   Vector v_minus_;
+  Matrix path_;        // of bound_motion()
+  Vector path_error_;  // likewise
   StepCheck check_;
   RegionBorder border_;
   ProgressLimit progress_;

@@ -1,5 +1,6 @@
 #include "methods/fesd/fesd_run.h"
 
+#include "methods/contact_laws/bernstein.h"
 #include "methods/fesd/record_step.h"
 
 namespace ricochet {
@@ -15,6 +16,7 @@ FesdRun::FesdRun(const Problem& problem, const ButcherTableau& tableau, const Se
       groups_(problem.info()) {
   if (settings.audit && claims) audit_.emplace(problem, tableau, *claims);
   if (settings.recording == Recording::motion || border_.is_watched()) motion_.emplace(tableau);
+  if (settings.reached != nullptr) path_.emplace(tableau);
   if (!settings.sensitivities.empty()) sensitivity_.emplace(problem, tableau, settings.sensitivities);
 }
 
@@ -51,7 +53,7 @@ bool FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, d
     const Element& element = step.elements[n];
     const Status status = check_(element.q0, element.q1, element.v1, element.modes);
     if (status == Status::success) continue;
-    fail(status, fmt::format("from t = {:.12g} s: ", t), check_.message());
+    fail(status, fmt::format("from t = {:.12g} s: ", settings_.begin + t), check_.message());
     return false;
   }
   if (leaves_region(step)) {
@@ -66,13 +68,28 @@ bool FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, d
     motion_->add(begin, end, step.elements[n], solution_.motion);
     begin = end;
   }
+  bound_motion(step);
   reached_ = &step.last();
   solution_.t = t_end;
   if (!groups_.add(t, groups, solution_)) {
-    fail(Status::step_limit, fmt::format("t = {:.12g} s: ", t), groups_.message(), groups_.reason());
+    fail(Status::step_limit, fmt::format("t = {:.12g} s: ", settings_.begin + t), groups_.message(settings_.begin),
+         groups_.reason());
     return false;
   }
   return !(settings_.ends && settings_.ends(solution_, reached_->modes));
+}
+
+/// Extends Settings::reached.
+void FesdRun::bound_motion(const FesdStep& step) {
+  if (!path_) return;
+  Matrix path(problem_.n_q(), path_->degree() + 1);
+  for (int n = 0; n < step.n_elements; ++n) {
+    for (int k = 0; k < problem_.n_q(); ++k) {
+      path_->set_position(step.elements[n], k, path);
+      Interval& reached = (*settings_.reached)[static_cast<std::size_t>(k)];
+      reached = hull(reached, bernstein::range(path.data() + k, path_->degree(), path.rows()));
+    }
+  }
 }
 
 void FesdRun::fail(Status status, const std::string& where, const std::string& message, FailureReason reason) {

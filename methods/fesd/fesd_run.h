@@ -9,6 +9,7 @@
 
 #include "methods/contact_laws/group_record.h"
 #include "methods/elements/element_motion.h"
+#include "methods/fesd/element_path.h"
 #include "methods/fesd/fesd_audit.h"
 #include "methods/fesd/sensitivity.h"
 #include "methods/method.h"
@@ -67,6 +68,7 @@ class FesdRun {
 
  private:
   bool leaves_region(const FesdStep& step);
+  void bound_motion(const FesdStep& step);
 
   static constexpr int kMaxSkipped = 1 << 16;  // steps between two checks of the time limit
 
@@ -79,6 +81,7 @@ class FesdRun {
   std::optional<FesdAudit> audit_;
   std::optional<Sensitivity> sensitivity_;
   std::optional<ElementMotion> motion_;  // of Recording::motion, or to watch the region
+  std::optional<ElementPath> path_;      // if Settings::reached is requested
   RegionBorder border_;
   GroupRecord groups_;
   const Element* reached_ = nullptr;  // the last element that was accepted

@@ -36,7 +36,7 @@ TEST(GroupRecord, EndsARunThatOnlyRefusesAGroup) {
   int n = 1;
   for (; record.add(t, n % 2 == 0 ? refused : GroupInstant(), solution); ++n) ASSERT_LT(n, 1000);
   EXPECT_EQ(n, 2 * 99);  // the last of the instants that moved the time was the first of the hundred
-  EXPECT_EQ(record.message(), fmt::format("a group of contacts neither comes to rest nor parts, 100 times since t = "
+  EXPECT_EQ(record.message(0), fmt::format("a group of contacts neither comes to rest nor parts, 100 times since t = "
                                           "{:.12g} s: 'contact 0' (-0.001 m/s), 'contact 2' (0.00025 m/s)",
                                           t));
   EXPECT_EQ(record.reason().code, FailureCode::impacts_accumulate);
