@@ -7,6 +7,7 @@
 namespace ricochet {
 namespace {
 
+constexpr double kRaised = 0.5;  // heights
 constexpr int kLowBounces = 16;  // of a contact with friction, before its group is captured
 
 }  // namespace
@@ -183,6 +184,21 @@ bool GroupCapture::apply(const Closing& cause, const std::vector<ContactMode>* b
                          std::vector<int>& touching, Vector& q, Vector& v) {
   if (find_group(touching, q, v) && is_followed_enough(cause, v_minus) && close(before, touching, q, v)) return true;
   leave_unsteady(cause, v_minus);
+  return false;
+}
+
+bool GroupCapture::raise_sunk(const std::vector<int>& touching, Vector& q, Vector& v) {
+  group_.clear();
+  for (const int i : touching) {
+    if (impacts_.gaps()[i] < -kRaised * scales_.capture_height(i)) group_.push_back(i);
+  }
+  if (group_.empty()) return false;
+  q_before_ = q;
+  v_before_ = v;
+  const bool is_moved = move_to_rest(nullptr, q, v);
+  v = v_before_;
+  if (is_moved && impacts_.rest().is_explained_by_gaps(group_, impacts_.gaps(), q_before_, q)) return true;
+  q = q_before_;
   return false;
 }
 

@@ -232,7 +232,8 @@ bool ElementStartSolver::come_to_rest(const LeftEnd& at) {
   if (!groups_.apply({.contact = cause, .has_sunk = has_sunk(at.end), .at_once = settles_}, at.before(), v_minus_,
                      at.start.touching, stages.q0, stages.v0)) {
     gap_ = impacts_.gaps();
-    return true;
+    if (n_impacts == 0 || !groups_.raise_sunk(at.start.touching, stages.q0, stages.v0)) return true;
+    problem_.gap(stages.q0.data(), gap_.data());
   }
   n_impacts += 2;
   return impact_law_.prepare(stages.q0, impacts_.candidates());

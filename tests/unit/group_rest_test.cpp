@@ -115,6 +115,18 @@ TEST(DiscsOfASeed, DoNotSinkDeeperAtEachBounce) {
   }
 }
 
+/// Contacts of a pile that bounce lower than a height, each time one height deeper, unless an impact raises them.
+TEST(DiscsOfASeed, AreRaisedWhereTheyHaveSunk) {
+  const auto twenty = make_problem("balls_in_box", {{"n", 20.0}, {"e", 0.3}});
+  const auto eight = make_problem("balls_in_box", {{"n", 8.0}, {"e", 0.3}, {"seed", 10.0}});
+  for (const auto& [problem, tolerance] : {std::pair(twenty.get(), 1e-8), std::pair(eight.get(), 1e-6)}) {
+    const Solution solution = solve(*problem, tolerance);
+    ASSERT_TRUE(solution.succeeded()) << solution.message;
+    for (const Sample& sample : solution.samples)
+      EXPECT_GE(problem->gap(sample.q).minCoeff(), -4 * tolerance) << sample.t;
+  }
+}
+
 /// Impacts before a time, one of each instant.
 std::vector<Event> impacts_before(const Solution& solution, double t) {
   std::vector<Event> impacts;
