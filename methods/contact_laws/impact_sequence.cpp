@@ -187,15 +187,14 @@ ImpactSequence::Outcome ImpactSequence::apply_impacts(const Vector& q, const std
   Lambda_t_start_ = Lambda_t;
   const std::size_t n_kept = kept_ ? kept_->size() : 0;
   Outcome outcome = follow_impacts(q, before, touching, v, Lambda_n, Lambda_t);
-  if (outcome.result == Result::done && outcome.n_impacts > 1) {
+  while (outcome.result == Result::done && outcome.n_impacts > 1) {
     impulse_n_ = Lambda_n - Lambda_n_start_;
-    if (leave_wedge(candidates_, q, v_start_)) {  // none of its impacts alone showed it
-      v = v_start_;
-      Lambda_n = Lambda_n_start_;
-      Lambda_t = Lambda_t_start_;
-      if (kept_) kept_->resize(n_kept);
-      outcome = follow_impacts(q, before, touching, v, Lambda_n, Lambda_t);
-    }
+    if (!leave_wedge(candidates_, q, v_start_)) break;
+    v = v_start_;  // none of its impacts alone showed it
+    Lambda_n = Lambda_n_start_;
+    Lambda_t = Lambda_t_start_;
+    if (kept_) kept_->resize(n_kept);
+    outcome = follow_impacts(q, before, touching, v, Lambda_n, Lambda_t);
   }
   if (outcome.result != Result::done || outcome.n_impacts == 0) return outcome;
   for (const int i : candidates_) {
@@ -229,6 +228,7 @@ ImpactSequence::Outcome ImpactSequence::follow_impacts(const Vector& q, const st
         leave_approaching();
         break;
       }
+      if (outcome.n_impacts >= most && is_wedge_at_last(q, Lambda_n)) break;
       followed *= 2;
     }
     if (++outcome.n_impacts > kMaxImpacts) return failed(Result::accumulates);
@@ -270,6 +270,12 @@ bool ImpactSequence::leave_wedge(const std::vector<int>& contacts, const Vector&
   for (const int i : wedge) is_left_[i] = 1;
   std::erase_if(together_, [&](int i) { return is_left_[i] != 0; });
   return true;
+}
+
+/// Whether the impacts of the instant together show a wedge: apply_impacts() leaves it.
+bool ImpactSequence::is_wedge_at_last(const Vector& q, const Eigen::Ref<const Vector>& Lambda_n) {
+  impulse_n_ = Lambda_n - Lambda_n_start_;
+  return !rest_.find_wedge(candidates_, impulse_n_).empty() && rest_.low_speed(q, v_start_, candidates_) > 0;
 }
 
 /// Leaves the rates of what still approaches.

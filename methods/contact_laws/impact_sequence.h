@@ -96,6 +96,7 @@ class ImpactSequence {
   bool candidates_are_plastic() const;
   bool come_to_rest(const Vector& q, Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t,
                     bool all);
+  bool is_wedge_at_last(const Vector& q, const Eigen::Ref<const Vector>& Lambda_n);
   void leave_approaching();
   bool leave_wedge(const std::vector<int>& contacts, const Vector& q, const Eigen::Ref<const Vector>& v);
   bool is_slow(const Vector& q, const Eigen::Ref<const Vector>& v);

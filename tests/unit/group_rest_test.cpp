@@ -127,6 +127,16 @@ TEST(DiscsOfASeed, AreRaisedWhereTheyHaveSunk) {
   }
 }
 
+/// A row between walls that is exactly as wide as the box: a wedge that no single impact shows.
+TEST(DiscsOfASeed, LeaveAWedgeThatManyImpactsShow) {
+  for (const char* method : {"event_driven", kFesd}) {
+    const auto problem = make_problem("balls_in_box", {{"n", 8.0}, {"e", 0.8}, {"seed", 6.0}});
+    const Solution solution = solve(*problem, 1e-6, {}, method);
+    EXPECT_TRUE(solution.succeeded()) << method << ": " << solution.message;
+    for (const Sample& sample : solution.samples) EXPECT_GE(problem->gap(sample.q).minCoeff(), -4e-6) << sample.t;
+  }
+}
+
 /// Impacts before a time, one of each instant.
 std::vector<Event> impacts_before(const Solution& solution, double t) {
   std::vector<Event> impacts;
