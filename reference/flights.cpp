@@ -89,9 +89,10 @@ bool Flights::stop_accumulation(double t, Solution& solution) const {
     if (last_impact_[i] >= 0 && t - last_impact_[i] < kAccumulation * zeno_interval_)
       names.push_back(problem_.info().contacts[i].name);
   }
-  return stop(solution, Status::step_limit, t,
-              fmt::format("the impacts of contact{} '{}' accumulate (Zeno); event location cannot pass",
-                          names.size() > 1 ? "s" : "", fmt::join(names, "', '")),
+  const std::string of = names.empty() ? "impacts"
+                                       : fmt::format("the impacts of contact{} '{}'", names.size() > 1 ? "s" : "",
+                                                     fmt::join(names, "', '"));
+  return stop(solution, Status::step_limit, t, of + " accumulate (Zeno); event location cannot pass",
               {FailureCode::impacts_accumulate, names});
 }
 

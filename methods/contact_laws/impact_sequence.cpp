@@ -29,7 +29,7 @@ ImpactSequence::ImpactSequence(const Problem& problem, ContactScales& scales, Im
   v_before_ = v_start_ = v_;
   Lambda_n_start_ = impulse_n_;
   Lambda_t_start_ = impulse_t_;
-  group_.reserve(info.contacts.size());
+  for (auto* list : {&group_, &island_}) list->reserve(info.contacts.size());
   is_left_.assign(info.contacts.size(), 0);
 }
 
@@ -231,7 +231,8 @@ ImpactSequence::Outcome ImpactSequence::follow_impacts(const Vector& q, const st
       if (outcome.n_impacts >= most && is_wedge_at_last(q, Lambda_n)) break;
       followed *= 2;
     }
-    if (++outcome.n_impacts > kMaxImpacts) return failed(Result::accumulates);
+    if (outcome.n_impacts == kMaxImpacts) return failed(Result::accumulates);
+    ++outcome.n_impacts;
     impulse_n_.setZero();
     impulse_t_.setZero();
     if (kept_) kept_->push_back({.v_minus = v});
@@ -296,6 +297,16 @@ bool ImpactSequence::candidates_are_plastic() const {
   });
 }
 
+/// Whether all islands of group_ that still approach have a contact that is not elastic: else no energy is lost there, and
+/// the impacts have no limit.
+bool ImpactSequence::loses_energy() {
+  return std::ranges::all_of(approaching_, [&](int i) {
+    island_ = group_;
+    law_.keep_islands_of({&i, 1}, island_);
+    return std::ranges::any_of(island_, [&](int k) { return !law_.contact(k).is_elastic(); });
+  });
+}
+
 /// (2). @param all  only if every contact of the group is at rest then
 bool ImpactSequence::come_to_rest(const Vector& q, Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n,
                                   Eigen::Ref<Vector> Lambda_t, bool all) {
@@ -305,6 +316,7 @@ bool ImpactSequence::come_to_rest(const Vector& q, Eigen::Ref<Vector> v, Eigen::
     const bool takes_part = Lambda_n[i] > 0 || std::ranges::binary_search(together_, i);
     if (takes_part && law_.normal_velocity(i, v) <= kParts * fastest) group_.push_back(i);
   }
+  if (!loses_energy()) return false;
   v_ = v;
   impulse_n_.setZero();
   impulse_t_.setZero();

@@ -26,8 +26,10 @@ namespace ricochet {
 ///   v+ = argmin |v - v_k|_M  over  N' v >= 0,   N = (J_n^i), i in S                                             (2)
 ///
 /// which is (1) once more for all of S with eps_r = 0. It takes the place of the impacts after 16 + 4 n of them at n
-/// contacts, and after 8 where all have eps_r = 0 and no friction and all of S is at rest then, unless v changes by more than the rates r = N' v_k explain (is_explained_by_rates(), group_rest.h): bodies
-/// then pass between others that nearly touch, and the directions that (1) holds would turn. Rates up to the low speed
+/// contacts, and after 8 where all have eps_r = 0 and no friction and all of S is at rest then. Two kinds of S have no
+/// such limit. If an island of S is elastic, it loses no energy. If v changes by more than the rates r = N' v_k explain
+/// (is_explained_by_rates(), group_rest.h), bodies pass between others that nearly touch, and the directions that (1)
+/// holds would turn. Rates up to the low speed
 /// of group_rest.h are left as they are there. Impulses of a wedge (group_rest.h (4)), of one impact or of all at the
 /// instant together, are taken back: its contacts take no part.
 class ImpactSequence {
@@ -62,6 +64,8 @@ class ImpactSequence {
   void add_touching(int contact, std::vector<int>& touching);
   /// Contacts that touch, or are apart by no more than rounding of q or the height of group_rest.h.
   const std::vector<int>& candidates() const { return candidates_; }
+  /// Contacts that have approached before the last impact of apply_impacts().
+  const std::vector<int>& approaching() const { return approaching_; }
   /// Whether a contact takes no part in impacts at this instant, nor closes, as apply_impacts() has left it.
   bool is_left(int contact) const { return is_left_[static_cast<std::size_t>(contact)] != 0; }
   /// Their gaps, and what counts as rest of a group of them.
@@ -94,6 +98,7 @@ class ImpactSequence {
   bool find_next(const Vector& q, const Eigen::Ref<const Vector>& v, const Eigen::Ref<const Vector>& Lambda_n,
                  const std::vector<ContactMode>* before, const std::vector<int>& touching);
   bool candidates_are_plastic() const;
+  bool loses_energy();
   bool come_to_rest(const Vector& q, Eigen::Ref<Vector> v, Eigen::Ref<Vector> Lambda_n, Eigen::Ref<Vector> Lambda_t,
                     bool all);
   bool is_wedge_at_last(const Vector& q, const Eigen::Ref<const Vector>& Lambda_n);
@@ -114,7 +119,7 @@ class ImpactSequence {
   Vector gap_, v_, v_before_;
   Vector v_start_, Lambda_n_start_, Lambda_t_start_;  // before the first impact
   GroupRest rest_;
-  std::vector<int> group_;
+  std::vector<int> group_, island_;
   std::vector<char> is_left_;  // n_c
   std::vector<Impact>* kept_ = nullptr;
 };

@@ -142,6 +142,19 @@ ModeChange::Outcome ModeChange::failed(Status status, FailureCode code, const st
   return {status, fmt::format("{} at contact '{}'", what, name), {code, {name}}, false};
 }
 
+/// Names the contacts that still approach after many impacts at one instant, with their rates.
+ModeChange::Outcome ModeChange::accumulated(int n_impacts, const Vector& v) const {
+  Outcome outcome{Status::step_limit, {}, {FailureCode::impacts_accumulate, {}}};
+  std::string names;
+  for (const int i : impacts_.approaching()) {
+    const std::string& name = info_.contacts[i].name;
+    names += fmt::format("{}'{}' ({:.3g} m/s)", names.empty() ? "" : ", ", name, law_.normal_velocity(i, v));
+    outcome.reason.contacts.push_back(name);
+  }
+  outcome.message = fmt::format("impacts accumulate, {} of them at this instant: {}", n_impacts, names);
+  return outcome;
+}
+
 ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Vector& q,
                                        Vector& v, const std::vector<int>& stopped) {
   if (modes) modes_ = *modes;
@@ -179,8 +192,7 @@ ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::ve
         return failed(Status::infeasible, FailureCode::inconsistent, "the contact law has no solution",
                       impacts.failed_contact);
       case ImpactSequence::Result::accumulates:
-        return failed(Status::step_limit, FailureCode::impacts_accumulate, "impacts accumulate",
-                      impacts.failed_contact);
+        return accumulated(impacts.n_impacts, v);
     }
     outcome.has_impact = impacts.n_impacts > 0;
     const bool settles = outcome.has_impact || (cause && cause.kind == SwitchKind::gap_closes);

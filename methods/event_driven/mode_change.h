@@ -76,6 +76,7 @@ class ModeChange {
 
  private:
   Outcome failed(Status status, FailureCode code, const std::string& what, int contact) const;
+  Outcome accumulated(int n_impacts, const Vector& v) const;
   Outcome no_progress() const;
   Outcome close(const DetectedEvent& cause, const std::vector<ContactMode>* modes, Outcome outcome, Vector& q,
                 Vector& v, const std::vector<int>& stopped, bool may_hold);

@@ -57,6 +57,22 @@ INSTANTIATE_TEST_SUITE_P(Impacts, DiscsInABox,
                                          DiscsCase{"tower", 12, 0.2}),
                          [](const auto& test) { return test.param.name; });
 
+/// Elastic balls that fill the room between two walls: impacts without an end, in which no energy is lost. Beside them a
+/// plastic ball comes to rest at the same instant.
+TEST(ElasticRoom, NeverComesToRest) {
+  for (const char* scene : {"elastic_room", "elastic_room_beside_a_ball"}) {
+    const auto row = read_scene_file(test_data("elastic_room.json#" + std::string(scene)));
+    Settings settings;
+    settings.tolerance = 1e-8;
+    settings.steps = 100;
+    for (const char* method : {"event_driven", "event_driven:radau-iia:5", "fesd_adaptive:radau-iia:4",
+                               "fesd_adaptive:gauss:4", "fesd:radau-iia:3"})
+      EXPECT_FALSE(make_method(method)->solve(*row, settings).succeeded()) << scene << ", " << method;
+    const std::string message = make_method("event_driven")->solve(*row, settings).message;
+    EXPECT_NE(message.find("impacts accumulate, 10000 of them at this instant"), std::string::npos) << message;
+  }
+}
+
 class SeveralContacts : public testing::TestWithParam<const char*> {};
 
 /// Impacts of two and of three contacts accumulate, at distances down to a 1e-10 of the steps before them. Methods that
