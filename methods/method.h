@@ -72,7 +72,7 @@ struct MethodInfo {
   /// Other methods evaluate the branch that holds at each point.
   bool has_regions = false;
   /// It chooses its steps and locates events, so that Method can run bodies that do not meet apart from each other
-  /// (IslandRun).
+  /// (IslandRun). It has a Solver of its own, extends Settings::reached and records Recording::motion.
   bool has_islands = false;
   /// It ends runs itself where ProblemInfo::until vanishes. For other methods, Method does that.
   bool ends_runs = false;

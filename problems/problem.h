@@ -342,9 +342,9 @@ class Problem {
     return nullptr;
   }
 
-  /// The problem of these `coordinates` alone, with these `contacts`, which push no others. Both ascend. The geometry is
-  /// that of the whole. Null where other things than contacts may couple coordinates, or where the scene has formulas
-  /// only.
+  /// The problem of these `coordinates` alone, with these `contacts`, whose supports are among them. Both ascend. The
+  /// geometry is that of the whole. Null where constraints or forces may couple coordinates, or where the scene has
+  /// formulas only.
   virtual std::unique_ptr<Problem> part([[maybe_unused]] std::span<const int> coordinates,
                                         [[maybe_unused]] std::span<const int> contacts) const {
     return nullptr;

@@ -6,7 +6,7 @@
 #include "problems/solution.h"
 
 /// @file
-/// What runs that consist of pieces have in common: pieces in regions, in states of friction, or in windows of time.
+/// Functions of runs that consist of pieces: in regions, in states of friction, or in windows of time.
 
 namespace ricochet {
 

@@ -20,6 +20,7 @@ class CaptureHeight {
  public:
   explicit CaptureHeight(const MethodSpec& spec);
 
+  bool is_stated() const { return height_ > 0; }
   /// Sets the height of a run in its scales. @throws InputError if it is too large for the problem
   void set(const Problem& problem, double tolerance, ContactScales& scales) const;
 

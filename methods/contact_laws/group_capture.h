@@ -52,9 +52,9 @@ class GroupCapture {
   /// @return whether the group is at rest now; else nothing is moved
   bool apply(const Closing& cause, const std::vector<ContactMode>* before, const Vector& v_minus,
              std::vector<int>& touching, Vector& q, Vector& v);
-  /// Where apply() has closed nothing: moves q to where touching contacts that have sunk by more than half a height have no
-  /// gap, if their gaps explain that (group_rest.h (3)). Else they would sink by one height more at each bounce. The
-  /// velocity stays. @return whether q has moved
+  /// Call after an apply() that closed nothing. Moves q to where touching contacts that have sunk by more than half a height
+  /// have no gap, if their gaps explain that (group_rest.h (3)). Otherwise they would sink by one height more at each
+  /// bounce. The velocity stays. @return whether q has moved
   bool raise_sunk(const std::vector<int>& touching, Vector& q, Vector& v);
   /// Counts the bounce of the last apply(), whose step is accepted.
   void accept();

@@ -18,7 +18,7 @@ class GroupRecord {
 
   /// After an instant at t [s] that the run has accepted. False where the run has to end, with message() and reason().
   bool add(double t, const GroupInstant& instant, Solution& solution);
-  /// The contacts of the group that was refused last, with their rates. @param begin  of the run [s]
+  /// The contacts of the group that was refused last, with their rates. @param begin  time at which the run begins [s]
   std::string message(double begin) const;
   FailureReason reason() const;
 

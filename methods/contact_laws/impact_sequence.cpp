@@ -229,7 +229,7 @@ ImpactSequence::Outcome ImpactSequence::follow_impacts(const Vector& q, const st
         break;
       }
       if (outcome.n_impacts >= most && is_wedge_at_last(q, Lambda_n)) break;
-      followed *= 2;
+      followed = followed < most ? std::min(2 * followed, most) : 2 * followed;
     }
     if (outcome.n_impacts == kMaxImpacts) return failed(Result::accumulates);
     ++outcome.n_impacts;
@@ -268,9 +268,10 @@ bool ImpactSequence::leave_wedge(const std::vector<int>& contacts, const Vector&
   if (contacts.size() < 2) return false;
   const auto& wedge = rest_.find_wedge(contacts, impulse_n_);
   if (wedge.empty() || !(rest_.low_speed(q, v, candidates_) > 0)) return false;
+  const bool is_new = std::ranges::any_of(wedge, [&](int i) { return is_left_[i] == 0; });
   for (const int i : wedge) is_left_[i] = 1;
   std::erase_if(together_, [&](int i) { return is_left_[i] != 0; });
-  return true;
+  return is_new;
 }
 
 /// Whether the impacts of the instant together show a wedge: apply_impacts() leaves it.

@@ -91,7 +91,7 @@ class EventDriven final : public Method {
             .has_restitution_of_speed = true,
             .has_static_friction = true,
             .has_regions = true,
-            .has_islands = n_samples_ == 0,  // whose times count from the start
+            .has_islands = n_samples_ == 0 && !capture_height_.is_stated(),  // both refer to the whole
             .is_allocation_free = true};
   }
 

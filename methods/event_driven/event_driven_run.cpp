@@ -424,7 +424,7 @@ bool EventDrivenRun::change_modes(const DetectedEvent& cause) {
   const auto outcome = mode_change_.decide(cause, is_first ? nullptr : &before_, ends_.q0, ends_.v0, stopped_);
   stopped_.clear();
   if (outcome.status != Status::success) return stop(outcome.status, outcome.message, outcome.reason);
-  if (sensitivity_ && (mode_change_.groups().capture.n_contacts > 0 || outcome.holds_slow_slip))
+  if (sensitivity_ && (mode_change_.groups().capture.n_contacts > 0 || outcome.raises || outcome.holds_slow_slip))
     return stop(Status::infeasible, "no derivatives pass contacts that come to rest as a group");
   if (is_first) {
     for (auto& mode : before_) mode = ContactMode::open;

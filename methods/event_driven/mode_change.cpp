@@ -198,7 +198,7 @@ ModeChange::Outcome ModeChange::decide(const DetectedEvent& cause, const std::ve
     const bool settles = outcome.has_impact || (cause && cause.kind == SwitchKind::gap_closes);
     const bool is_at_rest = settles && group_.apply({.contact = cause.contact, .has_sunk = cause.level > 0}, before,
                                                     v_minus_, touching_, q, v);
-    if (outcome.has_impact && !is_at_rest) group_.raise_sunk(touching_, q, v);
+    outcome.raises = outcome.has_impact && !is_at_rest && group_.raise_sunk(touching_, q, v);
     group_.accept();
   }
   if (slow_slip_.makes_no_progress()) return no_progress();

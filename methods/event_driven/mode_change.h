@@ -48,6 +48,7 @@ class ModeChange {
     std::string message;
     FailureReason reason;
     bool has_impact = false;
+    bool raises = false;           ///< contacts that have sunk (group_capture.h)
     bool holds_slow_slip = false;  ///< slow slip counts as rest (slow_slip.h)
   };
 

@@ -263,7 +263,7 @@ class FesdAdaptive final : public Method {
             .has_restitution_of_speed = true,
             .has_static_friction = true,
             .has_regions = true,
-            .has_islands = true,
+            .has_islands = !capture_height_.is_stated(),  // whose range follows from the whole
             .is_allocation_free = true};
   }
 

@@ -16,7 +16,10 @@ FesdRun::FesdRun(const Problem& problem, const ButcherTableau& tableau, const Se
       groups_(problem.info()) {
   if (settings.audit && claims) audit_.emplace(problem, tableau, *claims);
   if (settings.recording == Recording::motion || border_.is_watched()) motion_.emplace(tableau);
-  if (settings.reached != nullptr) path_.emplace(tableau);
+  if (settings.reached != nullptr) {
+    path_.emplace(tableau);
+    coefficients_.resize(problem.n_q(), path_->degree() + 1);
+  }
   if (!settings.sensitivities.empty()) sensitivity_.emplace(problem, tableau, settings.sensitivities);
 }
 
@@ -82,12 +85,11 @@ bool FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, d
 /// Extends Settings::reached.
 void FesdRun::bound_motion(const FesdStep& step) {
   if (!path_) return;
-  Matrix path(problem_.n_q(), path_->degree() + 1);
   for (int n = 0; n < step.n_elements; ++n) {
     for (int k = 0; k < problem_.n_q(); ++k) {
-      path_->set_position(step.elements[n], k, path);
+      path_->set_position(step.elements[n], k, coefficients_);
       Interval& reached = (*settings_.reached)[static_cast<std::size_t>(k)];
-      reached = hull(reached, bernstein::range(path.data() + k, path_->degree(), path.rows()));
+      reached = hull(reached, bernstein::range(coefficients_.data() + k, path_->degree(), coefficients_.rows()));
     }
   }
 }

@@ -82,6 +82,7 @@ class FesdRun {
   std::optional<Sensitivity> sensitivity_;
   std::optional<ElementMotion> motion_;  // of Recording::motion, or to watch the region
   std::optional<ElementPath> path_;      // if Settings::reached is requested
+  Matrix coefficients_;                  // of path_
   RegionBorder border_;
   GroupRecord groups_;
   const Element* reached_ = nullptr;  // the last element that was accepted

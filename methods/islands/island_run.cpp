@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <stdexcept>
 
 #include "methods/islands/joined_parts.h"
 #include "methods/time_limit.h"
@@ -16,6 +17,7 @@ namespace {
 constexpr int kFewContacts = 100;                             // up to which one run of the whole is as fast
 constexpr double kFirstLength = 1.0 / 128, kFirstRate = 100;  // of the end time; events per coordinate
 constexpr double kLast = 1.25;                                // lengths, of a window that may go on to the end time
+constexpr double kMoves = 10;                                 // tolerances, by which instants may move coordinates
 constexpr double kShortest = 1e-12;                           // of the end time
 
 }  // namespace
@@ -54,13 +56,13 @@ double IslandRun::choose_length() {
     if (factor > 1 && !may_grow_) continue;
     const double H = kLast * factor * H_ >= rest ? rest : factor * H_;
     if (H == divided) continue;
-    plan_.divide(total_.q, total_.v, divided = H);
+    plan_.divide(total_.q, total_.v, divided = H, kMoves * tolerance_);
     const double work = plan_.work_rate(rate_);
     if (work >= least) continue;
     best = H;
     least = work;
   }
-  if (divided != best) plan_.divide(total_.q, total_.v, best);
+  if (divided != best) plan_.divide(total_.q, total_.v, best, kMoves * tolerance_);
   return best;
 }
 
@@ -85,6 +87,7 @@ void IslandRun::run(const WindowPlan::Part& members, double length, const Settin
   part.problem->set_initial_state(q, v);
   part.problem->set_end_time(length);
   if (!part.solver) part.solver = prepare_(*part.problem);
+  if (!part.solver) throw std::logic_error("a method with MethodInfo::has_islands has no Solver");
   part.reached.clear();
   for (const double x : q) part.reached.emplace_back(x);
   Settings of_part = settings;
@@ -100,7 +103,10 @@ bool IslandRun::run_parts(double H, const Settings& settings) {
   Settings with_rest = settings;
   parts_.clear();
   for (const WindowPlan::Part& members : plan_.parts()) {
-    if (settings.time_limit > 0) with_rest.time_limit = std::max(1e-3, limit.left());
+    if (settings.time_limit > 0) {
+      if (limit.left() <= 0) return false;
+      with_rest.time_limit = limit.left();
+    }
     run(members, H, with_rest);
     if (parts_.at(members).solution.status == Status::time_limit) return false;
   }
@@ -128,16 +134,21 @@ bool IslandRun::stop_at_failure(const Settings& settings) {
   }
   if (first == nullptr) return false;
   const Solution failed = *first;
-  if (failed.status != Status::time_limit && failed.t > 0) {
-    for (auto& [members, part] : parts_) {
-      if (part.solution.t > failed.t) run(members, failed.t, settings);
-    }
-    take(failed.t, settings.recording);
+  for (auto& [members, part] : parts_) {
+    if (failed.t > 0 && part.solution.t > failed.t) run(members, failed.t, settings);
   }
+  const auto is_there = [&](const auto& entry) { return entry.second.solution.t >= failed.t; };
+  if (failed.t > 0 && std::ranges::all_of(parts_, is_there)) take(failed.t, settings.recording);
   total_.status = failed.status;
   total_.message = failed.message;
   total_.reason = failed.reason;
   return true;
+}
+
+/// Ends the run where the window begins.
+void IslandRun::stop(Status status, const std::string& message) {
+  total_.status = status;
+  total_.message = fmt::format("at t = {:.6g} s: {}", total_.t, message);
 }
 
 /// Adds the window to the run.
@@ -150,6 +161,8 @@ void IslandRun::take(double H, Recording recording) {
       return std::ranges::any_of(total_.wedges, [&](const auto& w) { return std::ranges::count(w.contacts, i) > 0; });
     });
   });
+  if (!total_.samples.empty())  // the end of the last window is one of its samples
+    std::erase_if(window.samples, [](const Sample& s) { return s.t == 0 && s.v_minus == s.v_plus; });
   auto modes = joined_modes(info_, parts);
   append(info_, std::move(window), total_, modes_);
   modes_ = std::move(modes);
@@ -171,19 +184,23 @@ void IslandRun::count(double H, bool is_repeated) {
 
 Solution IslandRun::solve(const Settings& settings) {
   begin();
+  tolerance_ = settings.tolerance;
   const TimeLimit limit(settings.time_limit);
   Settings with_rest = settings;
   while (total_.t < T_) {
-    if (settings.time_limit > 0 && limit.left() <= 0) {
-      total_.status = Status::time_limit;
-      total_.message = fmt::format("at t = {:.6g} s: {}", total_.t, limit.message());
-      break;
-    }
-    if (settings.time_limit > 0) with_rest.time_limit = std::max(1e-3, limit.left());
+    if (settings.time_limit > 0) with_rest.time_limit = std::max(1e-9, limit.left());
     const double H = choose_length();
     const bool has_time = run_parts(H, with_rest);
-    const bool is_repeated = has_time && !stays_in_box() && H > kShortest * T_;
+    const bool is_repeated = !has_time || !stays_in_box();
     count(H, is_repeated);
+    if (!has_time) {
+      stop(Status::time_limit, limit.message());
+      break;
+    }
+    if (is_repeated && H <= kShortest * T_) {
+      stop(Status::inner_solver_failed, "bodies move farther than their energy explains");
+      break;
+    }
     if (is_repeated) {
       H_ = 0.5 * H;
       may_grow_ = false;

@@ -12,16 +12,17 @@
 namespace ricochet {
 
 /// A run of a scene of many bodies, in windows of time. In each window, bodies that cannot meet are integrated apart
-/// from each other, with steps of their own: an event advances only the bodies that may have to do with it, and only
-/// contacts that may close are looked at.
+/// from each other, with steps of their own: an event advances only the bodies that it may affect, and only contacts that
+/// may close are evaluated.
 ///
 ///     parts of the scene in [t, t + H]   (window_plan.h)                                                      (1)
 ///     x_p(t + H) by the method itself, for each part p                                                        (2)
 ///     q_p in [t, t + H] within the box of (1), else H is halved and (1), (2) are repeated                     (3)
 ///
-/// (3) proves that contacts which took no part have stayed open. Contacts that were closed at the end of the last window
-/// are moved to their surfaces, by what they have drifted within the tolerance. H is that of H / 2, H and 2 H with the
-/// least work (2) of window_plan.h; the rate r of events there is that of the last windows.
+/// By (3), contacts that took no part have stayed open. Contacts that were closed at the end of the last window are moved to
+/// their surfaces, by what they have drifted within the tolerance. H is that of H / 2, H and 2 H with the least work (2) of
+/// window_plan.h, but not 2 H after a repetition; the rate r there is the mean number of steps per coordinate and second,
+/// of the last windows.
 ///
 /// A run ends where one of its parts does. The other parts are taken up to that time.
 class IslandRun {
@@ -55,6 +56,7 @@ class IslandRun {
   void run(const WindowPlan::Part& members, double length, const Settings& settings);
   bool stays_in_box() const;
   bool stop_at_failure(const Settings& settings);
+  void stop(Status status, const std::string& message);
   void take(double H, Recording recording);
   void count(double H, bool is_repeated);
 
@@ -67,7 +69,7 @@ class IslandRun {
   // Of the present run.
   Solution total_;                  // up to the present state
   std::vector<ContactMode> modes_;  // n_c, there; empty at the start
-  double T_ = 0, H_ = 0, rate_ = 0;
+  double T_ = 0, tolerance_ = 0, H_ = 0, rate_ = 0;
   bool may_grow_ = true;  // H: the last window was not repeated
 };
 

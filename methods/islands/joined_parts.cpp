@@ -23,7 +23,9 @@ class Join {
     whole_.t = length;
     whole_.q.resize(info.n_q);
     whole_.v.resize(info.n_q);
+    whole_.initial_modes.assign(info.contacts.size(), ContactMode::open);
     for (const auto& [members, solution] : parts) {
+      scatter(members.contacts, solution.initial_modes, whole_.initial_modes);
       scatter(members.coordinates, solution.q, whole_.q);
       scatter(members.coordinates, solution.v, whole_.v);
       add_groups(members, solution);
@@ -38,7 +40,10 @@ class Join {
   }
 
   Solution finish(Recording recording) {
-    if (recording >= Recording::events) add_events();
+    if (recording >= Recording::events)
+      add_events();
+    else
+      add_events_at_start();
     if (recording >= Recording::grid) add_samples();
     if (recording == Recording::motion) add_motion();
     return std::move(whole_);
@@ -47,6 +52,7 @@ class Join {
  private:
   void add_groups(const WindowPlan::Part& members, const Solution& solution);
   void add_events();
+  void add_events_at_start();
   void add_samples();
   void add_motion();
   void set_state(double t, Vector& q, Vector& v) const;
@@ -87,10 +93,8 @@ void Join::add_events() {
     std::size_t part, number;
   };
   std::vector<Place> order;
-  whole_.initial_modes.assign(info_.contacts.size(), ContactMode::open);
   for (std::size_t p = 0; p < parts_.size(); ++p) {
-    const auto& [members, solution] = parts_[p];
-    scatter(members.contacts, solution.initial_modes, whole_.initial_modes);
+    const Solution& solution = parts_[p].solution;
     for (std::size_t k = 0; k < solution.events.size(); ++k) order.push_back({solution.events[k].t, p, k});
   }
   std::ranges::stable_sort(order, {}, &Place::t);
@@ -122,6 +126,16 @@ void Join::add_events() {
       from += contact.n_t;
     }
     whole_.events.push_back(std::move(event));
+  }
+}
+
+/// So that append() counts no change of a mode at the start twice.
+void Join::add_events_at_start() {
+  for (const auto& [members, solution] : parts_) {
+    for (const Event& event : solution.events) {
+      if (event.t > 0) break;
+      whole_.events.push_back({.t = 0, .contact = members.contacts[static_cast<std::size_t>(event.contact)]});
+    }
   }
 }
 

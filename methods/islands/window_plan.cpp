@@ -29,13 +29,13 @@ WindowPlan::WindowPlan(const Problem& problem)
 }
 
 /// (1)
-void WindowPlan::bound_motion(const Vector& q, const Vector& v) {
+void WindowPlan::bound_motion(const Vector& q, const Vector& v, double margin) {
   problem_.force(q.data(), v.data(), info_.u.data(), f_.data());
   const double P = root_m_.cwiseProduct(v).lpNorm<Eigen::Infinity>();
   const double F = f_.cwiseQuotient(root_m_).lpNorm<Eigen::Infinity>();
   const double way = kMore * (P * H_ + 0.5 * F * H_ * H_);
   for (int k = 0; k < info_.n_q; ++k) {
-    const double way_k = way / root_m_[k];
+    const double way_k = way / root_m_[k] + margin * (1 + std::abs(q[k]));
     box_[static_cast<std::size_t>(k)] = {q[k] - way_k, q[k] + way_k};
   }
 }
@@ -84,9 +84,9 @@ void WindowPlan::join_coordinates() {
   }
 }
 
-void WindowPlan::divide(const Vector& q, const Vector& v, double H) {
+void WindowPlan::divide(const Vector& q, const Vector& v, double H, double margin) {
   H_ = H;
-  bound_motion(q, v);
+  bound_motion(q, v, margin);
   find_near();
   join_coordinates();
 }

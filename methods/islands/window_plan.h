@@ -13,16 +13,16 @@ namespace ricochet {
 ///
 /// No coordinate is expected to get more energy than the fastest one has, or gets from the largest load,
 ///
-///   |q_k(t + s) - q_k(t)| <= 3/2 (P H + F H^2 / 2) / sqrt(m_k),   s <= H                                 (1)
-///   P = max_k sqrt(m_k) |v_k|,   F = max_k |f_k| / sqrt(m_k)
+///   |q_k(t + s) - q_k(t)| <= 3/2 (P H + F H^2 / 2) / sqrt(m_k) + margin (1 + |q_k|),   0 <= s <= H        (1)
+///   P = max_k sqrt(m_k) |v_k|,   F = max_k |f_k| / sqrt(m_k),   M = diag(m)
 ///
-/// with M = diag(m), and half of it more, since energy passes from one coordinate to another. This is a guess, which the run compares with what the bodies have done (island_run.h). Contacts
-/// whose gap is positive in the whole box (1) cannot close and take no part. The others, which are *near*, join the
-/// coordinates that they touch to islands. Each island is a part of the scene with its near contacts; the coordinates
-/// without one are parts of 16. The near contacts are searched among those that are near in a wider box
-/// (wide_box.h), which stays for several windows.
+/// The factor 3/2 allows for energy that passes between coordinates, and the margin for the moves of an instant. (1) is a
+/// guess; the run checks it (island_run.h). Contacts whose gap is positive in the whole box (1) cannot close and take no
+/// part. The others, which are *near*, join the coordinates that they touch to islands. Each island is a part of the scene
+/// with its near contacts; the coordinates without one are parts of 16. The near contacts are searched among those that are
+/// near in a wider box (wide_box.h), which stays for several windows.
 ///
-/// The work of a part of n coordinates and n_c contacts with r events per coordinate and second is estimated by
+/// The work of a part of n coordinates and n_c contacts with r steps per coordinate and second is estimated by
 ///
 ///   r H n (1 + (n + n_c / 8) / 8) + 8 + n + n_c     in units of the cost of an event of one body        (2)
 ///
@@ -41,8 +41,8 @@ class WindowPlan {
 
   /// Before a run.
   void restart() { wide_box_.restart(); }
-  /// The parts in the window of length `H` [s] from (q, v) on.
-  void divide(const Vector& q, const Vector& v, double H);
+  /// The parts in the window of length `H` [s] from (q, v) on. @param margin  relative to 1 + |q|, of (1)
+  void divide(const Vector& q, const Vector& v, double H, double margin);
   const std::vector<Part>& parts() const { return parts_; }
   /// (1), n_q
   const std::vector<Interval>& box() const { return box_; }
@@ -50,7 +50,7 @@ class WindowPlan {
   double work_rate(double rate) const;
 
  private:
-  void bound_motion(const Vector& q, const Vector& v);
+  void bound_motion(const Vector& q, const Vector& v, double margin);
   void find_near();
   void join_coordinates();
 

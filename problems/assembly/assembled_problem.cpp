@@ -61,6 +61,7 @@ const SymbolicModel* AssembledProblem::formulas() const {
 }
 
 std::unique_ptr<Problem> AssembledProblem::part(std::span<const int> coordinates, std::span<const int> contacts) const {
+  if (info_.has_bilateral()) return nullptr;
   auto part = std::make_unique<AssembledProblem>(
       SceneText{info_.id.c_str(), info_.title.c_str(), info_.source.c_str(), info_.hard_feature.c_str()},
       info_.end_time);
@@ -77,6 +78,9 @@ std::unique_ptr<Problem> AssembledProblem::part(std::span<const int> coordinates
     }
     std::vector<int> of_part = copy.kind->place(copy.number).coordinates;
     for (int& k : of_part) k = number[static_cast<std::size_t>(k)];
+    // A coordinate outside of the part is none on which the contact depends: any other one stands for it.
+    int stand_in = *std::ranges::find_if(of_part, [](int k) { return k >= 0; });
+    for (int& k : of_part) stand_in = k = k < 0 ? stand_in : k;
     part->add_contact(kind->second, std::move(of_part), info_.contacts[static_cast<std::size_t>(i)].name);
   }
   part->info_.geometry = info_.geometry;

@@ -98,15 +98,30 @@ TEST(PartOfAssembledProblem, HasTheEquationsOfTheWhole) {
   }
 }
 
+/// The ground does not see how a sphere is turned about the vertical: that coordinate is elsewhere.
+TEST(PartOfAssembledProblem, NeedsOnlyTheSupportsOfItsContacts) {
+  const auto whole = make_problem("sphere_pile", {{"n", 3}});
+  const ProblemInfo& info = whole->info();
+  for (int i = 0; i < info.n_c(); ++i) {
+    const auto& contact = info.contacts[i];
+    const auto part = whole->part(contact.support, std::vector<int>{i});
+    const Vector q = info.q0(contact.support);
+    EXPECT_EQ(part->gap(q)[0], whole->gap(info.q0)[i]) << contact.name;
+    EXPECT_EQ(part->normal_jacobian(q), Matrix(whole->normal_jacobian(info.q0)(contact.support, std::vector<int>{i})));
+    const Matrix tangents = whole->tangent_jacobian(info.q0).middleCols(contact.tangent_index, contact.n_t);
+    EXPECT_EQ(part->tangent_jacobian(q), Matrix(tangents(contact.support, Eigen::all))) << contact.name;
+  }
+}
+
 TEST(WindowPlan, JoinsWhatMayMeet) {
   const auto discs = pairs_of_discs(3, 0.5);
   WindowPlan plan(*discs);
   const ProblemInfo& info = discs->info();
-  plan.divide(info.q0, info.v0, 0.01);  // too short to fall anywhere
+  plan.divide(info.q0, info.v0, 0.01, 1e-8);  // too short to fall anywhere
   ASSERT_EQ(plan.parts().size(), 1U);
   EXPECT_TRUE(plan.parts()[0].contacts.empty());
   EXPECT_EQ(plan.parts()[0].coordinates.size(), 12U);
-  plan.divide(info.q0, info.v0, 0.15);
+  plan.divide(info.q0, info.v0, 0.15, 1e-8);
   ASSERT_EQ(plan.parts().size(), 3U);
   for (std::size_t pair = 0; pair < 3; ++pair) {
     const int first = 4 * static_cast<int>(pair);
@@ -114,7 +129,7 @@ TEST(WindowPlan, JoinsWhatMayMeet) {
     ASSERT_GE(plan.parts()[pair].contacts.size(), 2U);  // the floor, and each other
     EXPECT_EQ(plan.parts()[pair].contacts[0], 2 * static_cast<int>(pair));
   }
-  plan.divide(info.q0, info.v0, 10);
+  plan.divide(info.q0, info.v0, 10, 1e-8);
   EXPECT_EQ(plan.parts().size(), 1U);
   EXPECT_EQ(plan.parts()[0].contacts.size(), static_cast<std::size_t>(info.n_c()));
 }
@@ -142,7 +157,8 @@ TEST(IslandRun, AdvancesPairsAsEachAlone) {
 TEST(IslandRun, MovesAsTheWhole) {
   for (const char* method : {"event_driven", "fesd_adaptive:radau-iia:4"}) {
     SCOPED_TRACE(method);
-    const auto box = make_problem("balls_in_box", {{"n", 12}, {"e", 0.5}, {"duration", 0.3}});
+    // Fewer contacts than those from which Method divides scenes itself.
+    const auto box = make_problem("balls_in_box", {{"n", 11}, {"e", 0.8}, {"duration", 0.3}});
     const Solution whole = make_method(method)->prepare(*box)->solve(to(1e-9));
     const auto kept = make_method(method);
     const Solution parts = IslandRun(*box, [&](const Problem& part) { return kept->prepare(part); }).solve(to(1e-9));
@@ -154,6 +170,30 @@ TEST(IslandRun, MovesAsTheWhole) {
       EXPECT_EQ(parts.events[k].contact, whole.events[k].contact);
     }
   }
+}
+
+/// Spheres with friction, at first each for itself, and beads that nothing moves.
+TEST(IslandRun, RunsScenesOfOtherKinds) {
+  for (const char* method : {"event_driven", "fesd_adaptive:radau-iia:4"}) {
+    const auto spheres = make_problem("sphere_pile", {{"n", 14}, {"duration", 0.02}});
+    const Solution s = make_method(method)->solve(*spheres, to(1e-6));
+    EXPECT_TRUE(s.succeeded()) << method << ": " << s.message;
+    const auto beads = make_problem("bead_row", {{"n", 120}, {"g", 0}, {"speed", 0}});
+    const Solution at_rest = make_method(method)->solve(*beads, to(1e-6));
+    EXPECT_TRUE(at_rest.succeeded()) << method << ": " << at_rest.message;
+    EXPECT_EQ(at_rest.q, beads->info().q0) << method;
+  }
+}
+
+/// Whatever is recorded, the motion and its counters are the same.
+TEST(IslandRun, CountsEventsAtEveryRecording) {
+  const auto discs = pairs_of_discs(4, 0.5);
+  const Solution all = DividedRun(*discs).solve(to(1e-8, Recording::motion)),
+                 few = DividedRun(*discs).solve(to(1e-8, Recording::final_state));
+  EXPECT_EQ(few.q, all.q);
+  EXPECT_EQ(few.counters.events, all.counters.events);
+  EXPECT_EQ(few.counters.events, std::ssize(all.events));
+  EXPECT_EQ(few.initial_modes, all.initial_modes);
 }
 
 TEST(IslandRun, RecordsTheWhole) {
@@ -190,7 +230,7 @@ TEST(IslandRun, ForgetsTheRunsBefore) {
   EXPECT_EQ(first.counters.steps, second.counters.steps);
 }
 
-/// A solver with something wrong about it.
+/// A solver whose results are changed.
 class Disturbed : public Solver {
  public:
   using Disturbance = std::function<void(const Problem& part, const Settings& settings, Solution& solution)>;
@@ -215,7 +255,7 @@ Solution solve_disturbed(const Problem& problem, const Disturbed::Disturbance& d
   return run.solve(to(1e-8));
 }
 
-/// Where bodies have left the box in which they were expected, other bodies may have been hit: the window is repeated.
+/// Bodies that have left the box in which they were expected may have hit others: the window is repeated.
 TEST(IslandRun, RepeatsWindowsInWhichBodiesMoveTooFar) {
   const auto discs = pairs_of_discs(3, 0.5);
   const Solution expected = DividedRun(*discs).solve(to(1e-8));
@@ -241,7 +281,7 @@ TEST(IslandRun, EndsAllPartsWhereOneFails) {
   const Solution s = solve_disturbed(*discs, [&](const Problem& part, const Settings& settings, Solution& solution) {
     const bool is_second_pair = part.n_c() > 0 && part.info().contacts[0].name.starts_with('2');
     if (!is_second_pair || settings.begin + solution.t < t_fail) return;
-    // As of a run that ended half way.
+    // The run pretends that it has ended half way.
     solution.status = Status::infeasible;
     solution.message = "nothing fits";
     solution.t *= 0.5;
