@@ -78,9 +78,9 @@ bool needs_until(const MethodInfo& method, const ProblemInfo& problem) {
   return problem.until >= 0 && !method.has_regions && !method.ends_runs;
 }
 
-/// Whether bodies that do not meet run apart from each other.
-bool runs_by_islands(const MethodInfo& method, const Problem& problem, const Settings& settings) {
-  return method.has_islands && IslandRun::can_divide(settings) && IslandRun::is_worth_it(problem);
+/// Whether bodies that do not meet may run apart from each other.
+bool has_islands(const MethodInfo& method, const Problem& problem) {
+  return method.has_islands && IslandRun::is_worth_it(problem);
 }
 
 /// The settings of a run: events and grid points are recorded where complete() looks at them.
@@ -138,7 +138,7 @@ void Method::require_support(const ProblemInfo& problem) const {
 Solution Method::solve(const Problem& problem, const Settings& settings) const {
   require_support(problem.info());
   if (problem.info().has_static_friction() || runs_by_regions(info(), problem.info()) ||
-      needs_until(info(), problem.info()) || runs_by_islands(info(), problem, settings))
+      needs_until(info(), problem.info()) || has_islands(info(), problem))
     return prepare(problem)->solve(settings);
   check(info(), problem.info(), settings);
   Solution solution = guarded(problem, [&] { return do_solve(problem, with_events(settings, problem.info())); });
@@ -156,7 +156,9 @@ class Method::CheckedSolver final : public Solver {
                                         const EndsRun& ends) { return run_piece(here, sticks, steps, ends); });
     else if (runs_by_regions(info_, problem.info()))
       regions_.emplace(problem, info_.is_adaptive, [&method](const Problem& region) { return method.prepare(region); });
-    else if (!info_.has_islands || !IslandRun::is_worth_it(problem))
+    else if (has_islands(info_, problem))
+      islands_.emplace(problem, [&method](const Problem& part) { return method.do_prepare(part); });
+    else
       solver_ = method.do_prepare(problem);
   }
 
@@ -166,7 +168,7 @@ class Method::CheckedSolver final : public Solver {
     Solution solution = guarded(problem_, [&] {
       if (friction_) return run_by_friction(with);
       if (regions_) return regions_->solve(with);
-      if (runs_by_islands(info_, problem_, settings)) return run_by_islands(with);
+      if (islands_ && IslandRun::can_divide(with)) return islands_->solve(with);
       if (needs_until(info_, problem_.info()))
         return run_until(problem_, with, [&](const Problem& of, const Settings& s) {
           return solver_ && &of == &problem_ ? solver_->solve(s) : method_.do_solve(of, s);
@@ -185,11 +187,6 @@ class Method::CheckedSolver final : public Solver {
     return friction_->solve(info_.is_adaptive ? 0 : settings.steps);
   }
 
-  Solution run_by_islands(const Settings& settings) {
-    if (!islands_) islands_.emplace(problem_, [this](const Problem& part) { return method_.do_prepare(part); });
-    return islands_->solve(settings);
-  }
-
   Solution run_piece(const Problem& here, const StaticFrictionRun::Sticks& sticks, int steps, const EndsRun& ends) {
     Settings settings = of_pieces_;
     settings.steps = steps;
@@ -205,7 +202,7 @@ class Method::CheckedSolver final : public Solver {
   const Problem& problem_;
   std::unique_ptr<Solver> solver_;
   std::optional<RegionRun> regions_;           // in place of solver_
-  std::optional<IslandRun> islands_;           // of large scenes
+  std::optional<IslandRun> islands_;           // likewise, in runs that can be divided
   std::optional<StaticFrictionRun> friction_;  // likewise; its pieces have solvers of their own
   std::map<StaticFrictionRun::Sticks, std::unique_ptr<Solver>> pieces_;
   Settings of_pieces_;

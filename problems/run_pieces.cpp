@@ -126,9 +126,12 @@ void append(const ProblemInfo& info, Solution piece, Solution& whole, std::vecto
     capture.t += t;
     whole.captures.push_back(capture);
   }
+  const auto is_in_one = [&](int i) {
+    return std::ranges::any_of(whole.wedges, [&](const auto& w) { return std::ranges::count(w.contacts, i) > 0; });
+  };
   for (OpenWedge& wedge : piece.wedges) {
     wedge.t += t;
-    whole.wedges.push_back(std::move(wedge));
+    if (!std::ranges::all_of(wedge.contacts, is_in_one)) whole.wedges.push_back(std::move(wedge));
   }
   whole.motion.append(piece.motion, t);
   add_counters(piece.counters, whole.counters);

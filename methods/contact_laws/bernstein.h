@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstddef>
 #include <limits>
+#include <vector>
 
 #include "problems/problem.h"
 
@@ -34,6 +35,14 @@ inline Interval range(const double* b, int degree, std::ptrdiff_t stride = 1) {
   }
   return {lower - 4 * std::numeric_limits<double>::epsilon() * std::abs(lower),
           upper + 4 * std::numeric_limits<double>::epsilon() * std::abs(upper)};
+}
+
+/// Extends the interval of each row of `path`, coefficients of one polynomial, by its range().
+inline void extend(const Matrix& path, int degree, std::vector<Interval>& ranges) {
+  for (Eigen::Index k = 0; k < path.rows(); ++k) {
+    Interval& row = ranges[static_cast<std::size_t>(k)];
+    row = hull(row, range(path.data() + k, degree, path.rows()));
+  }
 }
 
 /// Bounds of p'(s), whose coefficients are degree (b_k+1 - b_k).

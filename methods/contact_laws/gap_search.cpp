@@ -86,10 +86,7 @@ void GapSearch::begin(std::span<const ContactMode> modes, int n_halvings) {
     path_box_[k] = {polynomial.lower - path_error_[k], polynomial.upper + path_error_[k]};
   }
   if (!has_bounds_) return;
-  const auto extend = [](int, const Interval& range, double more) {
-    return Interval(range.lower - more, range.upper + more);
-  };
-  if (wide_box_.follow(path_box_, watched_, extend)) prove_wide_box();
+  if (wide_box_.follow(path_box_, watched_)) prove_wide_box();
   near_.clear();
   for (const int i : curved_) {
     is_clear_[i] = wide_box_.exists() && is_far_[i];

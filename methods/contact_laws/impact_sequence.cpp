@@ -8,7 +8,7 @@ namespace {
 
 // Impacts at one instant that lose this few of their velocity are not followed to their end.
 constexpr int kMaxImpacts = 10000;
-constexpr int kFewPlastic = 8;
+constexpr int kFewPlastic = 8;  // impacts before plastic contacts may come to rest together
 // A contact that parts faster than that many times the fastest approach is none of S.
 constexpr double kParts = 8;
 // Rates that are left, over the low speed.
@@ -262,22 +262,28 @@ double ImpactSequence::fastest_approach(const Eigen::Ref<const Vector>& v) const
   return fastest;
 }
 
-/// Takes the contacts of a wedge, which impulse_n_ shows among `contacts`, out of the impacts of this instant. False where
-/// there is none.
-bool ImpactSequence::leave_wedge(const std::vector<int>& contacts, const Vector& q, const Eigen::Ref<const Vector>& v) {
-  if (contacts.size() < 2) return false;
+/// The wedge that impulse_n_ shows among `contacts`. Empty where there is none, and where it has been left before.
+std::span<const int> ImpactSequence::find_wedge(const std::vector<int>& contacts, const Vector& q,
+                                                const Eigen::Ref<const Vector>& v) {
+  if (contacts.size() < 2) return {};
   const auto& wedge = rest_.find_wedge(contacts, impulse_n_);
-  if (wedge.empty() || !(rest_.low_speed(q, v, candidates_) > 0)) return false;
   const bool is_new = std::ranges::any_of(wedge, [&](int i) { return is_left_[i] == 0; });
+  return is_new && rest_.low_speed(q, v, candidates_) > 0 ? wedge : std::span<const int>();
+}
+
+/// Takes the contacts of a wedge out of the impacts of this instant. False where there is none.
+bool ImpactSequence::leave_wedge(const std::vector<int>& contacts, const Vector& q, const Eigen::Ref<const Vector>& v) {
+  const auto wedge = find_wedge(contacts, q, v);
+  if (wedge.empty()) return false;
   for (const int i : wedge) is_left_[i] = 1;
   std::erase_if(together_, [&](int i) { return is_left_[i] != 0; });
-  return is_new;
+  return true;
 }
 
 /// Whether the impacts of the instant together show a wedge: apply_impacts() leaves it.
 bool ImpactSequence::is_wedge_at_last(const Vector& q, const Eigen::Ref<const Vector>& Lambda_n) {
   impulse_n_ = Lambda_n - Lambda_n_start_;
-  return !rest_.find_wedge(candidates_, impulse_n_).empty() && rest_.low_speed(q, v_start_, candidates_) > 0;
+  return !find_wedge(candidates_, q, v_start_).empty();
 }
 
 /// Leaves the rates of what still approaches.

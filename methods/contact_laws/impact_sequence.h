@@ -103,6 +103,7 @@ class ImpactSequence {
                     bool all);
   bool is_wedge_at_last(const Vector& q, const Eigen::Ref<const Vector>& Lambda_n);
   void leave_approaching();
+  std::span<const int> find_wedge(const std::vector<int>& contacts, const Vector& q, const Eigen::Ref<const Vector>& v);
   bool leave_wedge(const std::vector<int>& contacts, const Vector& q, const Eigen::Ref<const Vector>& v);
   bool is_slow(const Vector& q, const Eigen::Ref<const Vector>& v);
   double fastest_approach(const Eigen::Ref<const Vector>& v) const;

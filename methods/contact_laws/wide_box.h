@@ -36,6 +36,11 @@ class WideBox {
     for (const int k : watched) box_[k] = extend(k, path[k], growth_ * path[k].width());
     return true;
   }
+  bool follow(const std::vector<Interval>& path, const std::vector<int>& watched) {
+    return follow(path, watched, [](int, const Interval& range, double more) {
+      return Interval(range.lower - more, range.upper + more);
+    });
+  }
   /// After the proofs in a new box: whether any, and whether all of them, succeeded.
   void learn(bool any, bool all) {
     if (all) growth_ = std::min(2 * growth_, kMostGrowth);

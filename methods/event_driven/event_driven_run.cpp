@@ -680,10 +680,7 @@ void EventDrivenRun::bound_motion() {
   path_.resize(info_.n_q, ends_.degree() + 1);
   path_error_.resize(info_.n_q);
   ends_.bernstein(path_, path_error_);
-  for (int k = 0; k < info_.n_q; ++k) {
-    Interval& reached = (*settings_.reached)[static_cast<std::size_t>(k)];
-    reached = hull(reached, bernstein::range(path_.data() + k, ends_.degree(), info_.n_q));
-  }
+  bernstein::extend(path_, ends_.degree(), *settings_.reached);
 }
 
 void EventDrivenRun::record(const DetectedEvent& cause, const Vector& v_minus) {

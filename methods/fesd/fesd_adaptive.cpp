@@ -51,6 +51,7 @@ class AdaptiveRun {
   };
 
   Attempt next_attempt();
+  double time() const { return settings_.begin + t_; }  // of the whole, for messages
   double rest_speed() const { return may_close_ ? rest_speed_ : 0; }
   Next judge(const Attempt& attempt, const PivotingSolver::ClosedBounces& closed);
   Next after_failure(const Attempt& attempt, Status status);
@@ -102,7 +103,7 @@ Solution AdaptiveRun::solve() {
   };
   while (t_ < T_) {
     if (progress_.is_passed(tries_++, t_)) {
-      stop(Status::step_limit, fmt::format("t = {:.12g} s: ", settings_.begin + t_), progress_.message(run_.modes()));
+      stop(Status::step_limit, fmt::format("t = {:.12g} s: ", time()), progress_.message(run_.modes()));
       break;
     }
     const Attempt attempt = next_attempt();
@@ -128,14 +129,14 @@ AdaptiveRun::Next AdaptiveRun::judge(const Attempt& attempt, const PivotingSolve
   const FesdStep& step = solver_.step();
   double error = error_(step.last(), moving_, settings_.tolerance);
   if (run_.has_no_derivative(step))
-    return stop(Status::infeasible, fmt::format("t = {:.12g} s: ", settings_.begin + t_), VariedProblem::kNoDerivative);
+    return stop(Status::infeasible, fmt::format("t = {:.12g} s: ", time()), VariedProblem::kNoDerivative);
   if (Sensitivity* sensitivity = run_.sensitivity()) {
     sensitivity->add(step, attempt.is_last ? sensitivity->dt_final() : sensitivity->dt());
     error = std::max(error, error_(step.last(), *sensitivity, settings_.tolerance));
   }
   const bool can_be_shorter = H > kShortest * T_;
   if (error > kHopeless && !can_be_shorter)
-    return stop(Status::step_limit, fmt::format("t = {:.12g} s: ", settings_.begin + t_),
+    return stop(Status::step_limit, fmt::format("t = {:.12g} s: ", time()),
                 fmt::format("a step of {:.3g} s still has {:.3g} times the error allowed", H, error));
   const double wanted =
       std::clamp(kSafety * std::pow(std::max(error, 1e-300), exponent_), kMaxShrinking, kMaxGrowth);  // (4)
@@ -190,7 +191,7 @@ AdaptiveRun::Next AdaptiveRun::after_failure(const Attempt& attempt, Status stat
     h_ = kFirstStep * T_;
     return Next::repeat;
   }
-  return stop(status, fmt::format("from t = {:.12g} s, with a step of {:.3g} s: ", settings_.begin + t_, attempt.H),
+  return stop(status, fmt::format("from t = {:.12g} s, with a step of {:.3g} s: ", time(), attempt.H),
               solver_.failure_message(), solver_.failure_reason());
 }
 
@@ -200,14 +201,14 @@ bool AdaptiveRun::accept(const Attempt& attempt) {
   const double next = attempt.is_last && step.H == attempt.H ? T_ : t_ + step.H;
   if (!run_.accept(step, solver_.previous_step(), t_, next, solver_.groups())) return false;
   if (const int contact = solver_.sunk(); contact >= 0) {
-    stop(Status::infeasible, fmt::format("from t = {:.12g} s: ", settings_.begin + t_),
+    stop(Status::infeasible, fmt::format("from t = {:.12g} s: ", time()),
          fmt::format("bodies pass through each other at contact '{}'", info_.contacts[contact].name));
     return false;
   }
   standstills_ = next > t_ ? 0 : standstills_ + 1;
   t_ = next;
   if (standstills_ <= kMaxStandstills) return true;
-  stop(Status::step_limit, fmt::format("t = {:.12g} s: ", settings_.begin + t_),
+  stop(Status::step_limit, fmt::format("t = {:.12g} s: ", time()),
        fmt::format("{} steps in a row too short to move the time", standstills_));
   return false;
 }

@@ -86,11 +86,8 @@ bool FesdRun::accept(const FesdStep& step, const FesdStep* previous, double t, d
 void FesdRun::bound_motion(const FesdStep& step) {
   if (!path_) return;
   for (int n = 0; n < step.n_elements; ++n) {
-    for (int k = 0; k < problem_.n_q(); ++k) {
-      path_->set_position(step.elements[n], k, coefficients_);
-      Interval& reached = (*settings_.reached)[static_cast<std::size_t>(k)];
-      reached = hull(reached, bernstein::range(coefficients_.data() + k, path_->degree(), coefficients_.rows()));
-    }
+    for (int k = 0; k < problem_.n_q(); ++k) path_->set_position(step.elements[n], k, coefficients_);
+    bernstein::extend(coefficients_, path_->degree(), *settings_.reached);
   }
 }
 

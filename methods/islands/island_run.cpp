@@ -15,7 +15,7 @@ namespace ricochet {
 namespace {
 
 constexpr int kFewContacts = 100;                             // up to which one run of the whole is as fast
-constexpr double kFirstLength = 1.0 / 128, kFirstRate = 100;  // of the end time; events per coordinate
+constexpr double kFirstLength = 1.0 / 128, kFirstRate = 100;  // of the end time; steps per coordinate in it
 constexpr double kLast = 1.25;                                // lengths, of a window that may go on to the end time
 constexpr double kMoves = 10;                                 // tolerances, by which instants may move coordinates
 constexpr double kShortest = 1e-12;                           // of the end time
@@ -156,11 +156,6 @@ void IslandRun::take(double H, Recording recording) {
   std::vector<PartSolution> parts;
   for (const auto& [members, part] : parts_) parts.push_back({members, part.solution});
   Solution window = joined(info_, parts, H, recording);
-  std::erase_if(window.wedges, [&](const OpenWedge& wedge) {
-    return std::ranges::all_of(wedge.contacts, [&](int i) {
-      return std::ranges::any_of(total_.wedges, [&](const auto& w) { return std::ranges::count(w.contacts, i) > 0; });
-    });
-  });
   if (!total_.samples.empty())  // the end of the last window is one of its samples
     std::erase_if(window.samples, [](const Sample& s) { return s.t == 0 && s.v_minus == s.v_plus; });
   auto modes = joined_modes(info_, parts);
@@ -168,18 +163,18 @@ void IslandRun::take(double H, Recording recording) {
   modes_ = std::move(modes);
 }
 
-/// Counters of the last runs, of their work only if they are repeated, and the rate of events.
+/// Adds the counters of the last runs, and updates the rate of steps. Of runs that are repeated, only their work counts.
 void IslandRun::count(double H, bool is_repeated) {
-  double events = 0, coordinates = 0;
+  double steps = 0, coordinates = 0;
   for (const auto& [members, part] : parts_) {
     Counters counters = part.solution.counters;
     if (is_repeated) counters.steps = counters.elements = counters.events = 0;
     add_counters(counters, total_.counters);
     if (members.contacts.empty()) continue;
-    events += static_cast<double>(part.solution.counters.steps);
+    steps += static_cast<double>(part.solution.counters.steps);
     coordinates += static_cast<double>(members.coordinates.size());
   }
-  if (coordinates > 0) rate_ = 0.5 * (rate_ + events / (coordinates * H));
+  if (coordinates > 0) rate_ = 0.5 * (rate_ + steps / (coordinates * H));
 }
 
 Solution IslandRun::solve(const Settings& settings) {

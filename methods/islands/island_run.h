@@ -19,8 +19,8 @@ namespace ricochet {
 ///     x_p(t + H) by the method itself, for each part p                                                        (2)
 ///     q_p in [t, t + H] within the box of (1), else H is halved and (1), (2) are repeated                     (3)
 ///
-/// By (3), contacts that took no part have stayed open. Contacts that were closed at the end of the last window are moved to
-/// their surfaces, by what they have drifted within the tolerance. H is that of H / 2, H and 2 H with the least work (2) of
+/// (3) shows that the contacts that took no part have stayed open. Contacts that were closed at the end of the last window
+/// have drifted within the tolerance; their bodies are moved back to where they touch. H is that of H / 2, H and 2 H with the least work (2) of
 /// window_plan.h, but not 2 H after a repetition; the rate r there is the mean number of steps per coordinate and second,
 /// of the last windows.
 ///

@@ -55,7 +55,13 @@ class Join {
   void add_events_at_start();
   void add_samples();
   void add_motion();
-  void set_state(double t, Vector& q, Vector& v) const;
+  struct Place {
+    std::size_t part, number;
+  };
+  template <class Entry>
+  std::vector<Place> in_order_of_time(std::vector<Entry> Solution::*list) const;
+  template <class Entry>
+  void set_state(const WindowPlan::Part& own, const Entry& of_part, Entry& entry) const;
 
   const ProblemInfo& info_;
   const std::vector<PartSolution>& parts_;
@@ -71,53 +77,57 @@ void Join::add_groups(const WindowPlan::Part& members, const Solution& solution)
   }
 }
 
-/// The state of all parts after time t [s].
-void Join::set_state(double t, Vector& q, Vector& v) const {
-  Vector q_part, v_part;
+/// All entries of a list of the parts, by part and number, in the order of time.
+template <class Entry>
+std::vector<Join::Place> Join::in_order_of_time(std::vector<Entry> Solution::*list) const {
+  std::vector<Place> order;
+  for (std::size_t p = 0; p < parts_.size(); ++p) {
+    for (std::size_t k = 0; k < (parts_[p].solution.*list).size(); ++k) order.push_back({p, k});
+  }
+  std::ranges::stable_sort(order, {}, [&](const Place& at) { return (parts_[at.part].solution.*list)[at.number].t; });
+  return order;
+}
+
+/// Sets the state of an event or a sample to that of its part, and to that of the others after its time.
+template <class Entry>
+void Join::set_state(const WindowPlan::Part& own, const Entry& of_part, Entry& entry) const {
+  entry.q.resize(info_.n_q);
+  entry.v_minus.resize(info_.n_q);
+  Vector q, v;
   for (const auto& [members, solution] : parts_) {
     const Motion& motion = solution.motion;
-    if (motion.empty() || t >= motion.end()) {
-      q_part = solution.q;
-      v_part = solution.v;
+    if (motion.empty() || of_part.t >= motion.end()) {
+      q = solution.q;
+      v = solution.v;
     } else {
-      motion.at(std::max(t, motion.begin()), q_part, v_part);
+      motion.at(std::max(of_part.t, motion.begin()), q, v);
     }
-    scatter(members.coordinates, q_part, q);
-    scatter(members.coordinates, v_part, v);
+    scatter(members.coordinates, q, entry.q);
+    scatter(members.coordinates, v, entry.v_minus);
   }
+  entry.v_plus = entry.v_minus;
+  scatter(own.coordinates, of_part.q, entry.q);
+  scatter(own.coordinates, of_part.v_minus, entry.v_minus);
+  scatter(own.coordinates, of_part.v_plus, entry.v_plus);
 }
 
 void Join::add_events() {
-  struct Place {
-    double t;
-    std::size_t part, number;
-  };
-  std::vector<Place> order;
-  for (std::size_t p = 0; p < parts_.size(); ++p) {
-    const Solution& solution = parts_[p].solution;
-    for (std::size_t k = 0; k < solution.events.size(); ++k) order.push_back({solution.events[k].t, p, k});
-  }
-  std::ranges::stable_sort(order, {}, &Place::t);
   std::vector<ContactMode> modes = whole_.initial_modes;
-  for (const Place& place : order) {
-    const auto& [members, solution] = parts_[place.part];
-    const Event& of_part = solution.events[place.number];
+  for (const auto& [part, number] : in_order_of_time(&Solution::events)) {
+    const auto& [members, solution] = parts_[part];
+    const Event& of_part = solution.events[number];
     scatter(members.contacts, of_part.modes, modes);
     Event event{.t = of_part.t,
                 .kind = of_part.kind,
                 .contact = members.contacts[static_cast<std::size_t>(of_part.contact)],
-                .q = Vector(info_.n_q),
-                .v_minus = Vector(info_.n_q),
+                .q = {},
+                .v_minus = {},
                 .v_plus = {},
                 .Lambda_n = Vector::Zero(info_.n_c()),
                 .Lambda_t = Vector::Zero(info_.n_lambda_t),
                 .modes = modes,
                 .dt = {}};
-    set_state(of_part.t, event.q, event.v_minus);
-    event.v_plus = event.v_minus;
-    scatter(members.coordinates, of_part.q, event.q);
-    scatter(members.coordinates, of_part.v_minus, event.v_minus);
-    scatter(members.coordinates, of_part.v_plus, event.v_plus);
+    set_state(members, of_part, event);
     scatter(members.contacts, of_part.Lambda_n, event.Lambda_n);
     Eigen::Index from = 0;
     for (const int i : members.contacts) {
@@ -140,27 +150,13 @@ void Join::add_events_at_start() {
 }
 
 void Join::add_samples() {
-  struct Place {
-    double t;
-    std::size_t part, number;
-  };
-  std::vector<Place> order;
-  for (std::size_t p = 0; p < parts_.size(); ++p) {
-    const auto& samples = parts_[p].solution.samples;
-    for (std::size_t k = 0; k < samples.size(); ++k) order.push_back({samples[k].t, p, k});
-  }
-  std::ranges::stable_sort(order, {}, &Place::t);
-  for (const Place& place : order) {
-    const auto& [members, solution] = parts_[place.part];
-    const Sample& of_part = solution.samples[place.number];
+  for (const auto& [part, number] : in_order_of_time(&Solution::samples)) {
+    const auto& [members, solution] = parts_[part];
+    const Sample& of_part = solution.samples[number];
     const bool has_impact = of_part.v_minus != of_part.v_plus;
-    if (!has_impact && !whole_.samples.empty() && whole_.samples.back().t == place.t) continue;
-    Sample sample{.t = place.t, .q = Vector(info_.n_q), .v_minus = Vector(info_.n_q), .v_plus = {}};
-    set_state(place.t, sample.q, sample.v_minus);
-    sample.v_plus = sample.v_minus;
-    scatter(members.coordinates, of_part.q, sample.q);
-    scatter(members.coordinates, of_part.v_minus, sample.v_minus);
-    scatter(members.coordinates, of_part.v_plus, sample.v_plus);
+    if (!has_impact && !whole_.samples.empty() && whole_.samples.back().t == of_part.t) continue;
+    Sample sample{.t = of_part.t, .q = {}, .v_minus = {}, .v_plus = {}};
+    set_state(members, of_part, sample);
     whole_.samples.push_back(std::move(sample));
   }
 }

@@ -18,8 +18,7 @@ struct PartSolution {
 std::vector<ContactMode> joined_modes(const ProblemInfo& info, const std::vector<PartSolution>& parts);
 
 /// The runs of all parts in a window as one run of the whole, whose times count from the begin of the window. An event
-/// has the state of the other parts at its time, without their own impacts at that time. Samples, and
-/// pieces of its motion, are at the times of all parts. The status is success.
+/// has the state of the other parts at its time, without their own impacts at that time. Its samples and pieces of motion are those at the times of all parts. The status is success.
 /// @param parts   together they have all coordinates
 /// @param length  of the window [s]
 /// @param recording  what to keep; from Recording::events on the parts need Recording::motion

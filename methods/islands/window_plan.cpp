@@ -6,9 +6,8 @@
 namespace ricochet {
 namespace {
 
-constexpr double kMore = 1.5;  // times the way of (1): energy goes from one coordinate to another
-constexpr double kOfMany =
-    8;  // of (2): coordinates that cost as much as the rest of an event, or as many contacts each
+constexpr double kMore = 1.5;             // times the way of (1): energy goes from one coordinate to another
+constexpr double kOfMany = 8;             // of (2)
 constexpr std::ptrdiff_t kMostFree = 16;  // coordinates of a part without contacts
 constexpr double kBegin = 8;              // of a run, (2)
 
@@ -41,11 +40,8 @@ void WindowPlan::bound_motion(const Vector& q, const Vector& v, double margin) {
 }
 
 void WindowPlan::find_near() {
-  const auto extend = [](int, const Interval& range, double more) {
-    return Interval(range.lower - more, range.upper + more);
-  };
   const auto may_close = [&](int i) { return !(gaps_[static_cast<std::size_t>(i)].lower > 0); };
-  if (wide_box_.follow(box_, watched_, extend)) {
+  if (wide_box_.follow(box_, watched_)) {
     problem_.gap_bounds(info_.unilateral, wide_box_.box().data(), gaps_.data());
     wide_.clear();
     std::ranges::copy_if(info_.unilateral, std::back_inserter(wide_), may_close);

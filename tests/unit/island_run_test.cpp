@@ -160,8 +160,7 @@ TEST(IslandRun, MovesAsTheWhole) {
     // Fewer contacts than those from which Method divides scenes itself.
     const auto box = make_problem("balls_in_box", {{"n", 11}, {"e", 0.8}, {"duration", 0.3}});
     const Solution whole = make_method(method)->prepare(*box)->solve(to(1e-9));
-    const auto kept = make_method(method);
-    const Solution parts = IslandRun(*box, [&](const Problem& part) { return kept->prepare(part); }).solve(to(1e-9));
+    const Solution parts = DividedRun(*box, method).solve(to(1e-9));
     ASSERT_TRUE(parts.succeeded()) << parts.message;
     ASSERT_EQ(parts.counters.events, whole.counters.events);
     EXPECT_LE((parts.q - whole.q).lpNorm<Eigen::Infinity>(), 1e-6);  // 1e-9 times the growth over some 20 impacts
