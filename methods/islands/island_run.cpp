@@ -14,7 +14,7 @@
 namespace ricochet {
 namespace {
 
-constexpr int kFewContacts = 100;                             // up to which one run of the whole is as fast
+constexpr int kFewCoordinates = 100;                          // up to which one run of the whole is as fast
 constexpr double kFirstLength = 1.0 / 128, kFirstRate = 100;  // of the end time; steps per coordinate in it
 constexpr double kLast = 1.25;                                // lengths, of a window that may go on to the end time
 constexpr double kMoves = 10;                                 // tolerances, by which instants may move coordinates
@@ -23,7 +23,7 @@ constexpr double kShortest = 1e-12;                           // of the end time
 }  // namespace
 
 bool IslandRun::is_worth_it(const Problem& problem) {
-  return problem.n_c() > kFewContacts && problem.part({}, {}) != nullptr;
+  return problem.n_q() > kFewCoordinates && problem.part({}, {}) != nullptr;
 }
 
 bool IslandRun::can_divide(const Settings& settings) {

@@ -157,7 +157,7 @@ TEST(IslandRun, AdvancesPairsAsEachAlone) {
 TEST(IslandRun, MovesAsTheWhole) {
   for (const char* method : {"event_driven", "fesd_adaptive:radau-iia:4"}) {
     SCOPED_TRACE(method);
-    // Fewer contacts than those from which Method divides scenes itself.
+    // Fewer coordinates than those from which Method divides scenes itself.
     const auto box = make_problem("balls_in_box", {{"n", 11}, {"e", 0.8}, {"duration", 0.3}});
     const Solution whole = make_method(method)->prepare(*box)->solve(to(1e-9));
     const Solution parts = DividedRun(*box, method).solve(to(1e-9));
@@ -174,7 +174,7 @@ TEST(IslandRun, MovesAsTheWhole) {
 /// Spheres with friction, at first each for itself, and beads that nothing moves.
 TEST(IslandRun, RunsScenesOfOtherKinds) {
   for (const char* method : {"event_driven", "fesd_adaptive:radau-iia:4"}) {
-    const auto spheres = make_problem("sphere_pile", {{"n", 14}, {"duration", 0.02}});
+    const auto spheres = make_problem("sphere_pile", {{"n", 18}, {"duration", 0.02}});
     const Solution s = make_method(method)->solve(*spheres, to(1e-6));
     EXPECT_TRUE(s.succeeded()) << method << ": " << s.message;
     const auto beads = make_problem("bead_row", {{"n", 120}, {"g", 0}, {"speed", 0}});
