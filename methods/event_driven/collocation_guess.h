@@ -1,7 +1,7 @@
 #pragma once
 
-#include "methods/event_driven/collocation_polynomial.h"
-#include "methods/event_driven/step_ends.h"
+#include "methods/modes/collocation_polynomial.h"
+#include "methods/modes/step_ends.h"
 
 namespace ricochet {
 

@@ -11,10 +11,7 @@
 namespace ricochet {
 namespace {
 
-constexpr float kSafety = 0.8F, kBeta = 0.04F;  // of (1)
-constexpr double kMinFactor = 1.0 / 3, kMaxFactor = 6;
-constexpr float kLeastLogError = -13;      // of e_before, 1e-4
-constexpr double kLanding = 0.01;          // of the tolerance, (2)
+constexpr double kLanding = 0.01;          // of the tolerance, (1)
 constexpr double kShortest = 1e-14;        // of the end time: what time can resolve
 constexpr double kShortestRefined = 1e-6;  // of the end time: step that becomes shorter for a gap that it nearly closes
 constexpr int kMaxStandstills = 100;       // a few events may coincide
@@ -56,7 +53,8 @@ EventDrivenRun::EventDrivenRun(const Problem& problem, const Settings& settings,
       border_(problem, settings),
       progress_(info_, kStepsPerMark, kLeastProgress),
       spans_(problem),
-      groups_(problem.info()) {
+      groups_(problem.info()),
+      control_(step_.error_order, step_.kept_growth) {
   workspace.start(problem, tolerance_, capture_height);
   mode_change_.restart(tolerance_);
   if (settings.sensitivities.empty()) return;
@@ -134,7 +132,7 @@ bool EventDrivenRun::stop_accumulation(const DetectedEvent& cause) {
 void EventDrivenRun::shorten(double h, const DetectedEvent& cause) {
   h_ = h;
   shortened_by_ = cause;
-  was_rejected_ = true;
+  control_.reject();
 }
 
 /// The acceleration at the left end, and the forces there.
@@ -169,31 +167,8 @@ bool EventDrivenRun::begin() {
   if (!change_modes({})) return false;
   if (border_.is_watched()) solution_.exit.function = border_.left_by_jump(info_.q0, info_.v0, ends_.v0);
   if (solution_.exit.function >= 0) return false;
-  choose_first_length();
+  h_ = first_length(step_, dynamics_, tolerance_, T_);
   return true;
-}
-
-/// Hairer, Norsett, Wanner, Solving ODEs I, section II.4.
-void EventDrivenRun::choose_first_length() {
-  const double n = 2.0 * info_.n_q;
-  const auto norm = [&](const Vector& x, const Vector& y) {  // of (x, y) as a state or as its rate
-    double sum = 0;
-    for (Eigen::Index k = 0; k < x.size(); ++k) {
-      const double a = x[k] / (1 + std::abs(ends_.q0[k])), b = y[k] / (1 + std::abs(ends_.v0[k]));
-      sum += a * a + b * b;
-    }
-    return std::sqrt(sum / n) / tolerance_;
-  };
-  const double d0 = norm(ends_.q0, ends_.v0), d1 = norm(ends_.v0, ends_.a0);
-  double h = d0 * tolerance_ < 1e-5 || d1 * tolerance_ < 1e-5 ? 1e-6 * T_ : 0.01 * d0 / d1;
-  h = std::min(h, T_);
-  ends_.q1 = ends_.q0 + h * ends_.v0;
-  ends_.v1 = ends_.v0 + h * ends_.a0;
-  h_ = h;
-  if (!dynamics_.accelerate(ends_.q1.data(), ends_.v1.data(), ends_.a1.data())) return;
-  const double d2 = norm(ends_.v1 - ends_.v0, ends_.a1 - ends_.a0) / h, d = std::max(d1, d2);
-  const double power = std::pow(0.01 / d, 1.0 / (step_.order + 1));
-  h_ = std::min({100 * h, d * tolerance_ <= 1e-15 ? 100 * h : power, T_});
 }
 
 bool EventDrivenRun::take_step() {
@@ -208,20 +183,12 @@ bool EventDrivenRun::take_step() {
   EventFunctions* const watched = functions_.has_forces() ? &functions_ : nullptr;
   double e = step_.take(h, watched) ? step_.error(tolerance_) : std::numeric_limits<double>::infinity();
   if (sensitivity_ && e <= 1) e = std::max(e, sensitivity_->take(ends_, h));
-  // (1), whose digits do not matter: logarithms of floats are fast.
-  const float exponent = 1.0F / static_cast<float>(step_.error_order + 1) - 0.75F * kBeta;
-  const float log_e = std::log2(static_cast<float>(e) + 1e-30F);
-  if (!(e <= 1)) {
-    shorten(h * (std::isfinite(e) ? std::max<double>(kMinFactor, kSafety * std::exp2(-exponent * log_e)) : 0.1), {});
+  if (!StepControl::accepts(e)) {
+    shorten(h * control_.factor_of_rejected(e), {});
     return true;
   }
-  const double most = was_rejected_ ? 1 : kMaxFactor;
-  const double factor = kSafety * std::exp2(kBeta * last_log_error_ - exponent * log_e);
-  const bool keeps_length = factor >= 1 && factor <= step_.kept_growth;
-  const double next = keeps_length ? h : h * std::clamp(factor, kMinFactor, most);
+  const double next = control_.next(h, e);
   if (!is_last || next > h_) h_ = next;
-  last_log_error_ = std::max(log_e, kLeastLogError);
-  was_rejected_ = false;
   if (!step_.finish()) return stop_undetermined();
   DetectedEvent event = info_.n_c() > 0 ? functions_.find(ends_) : DetectedEvent();
   if (event) {
@@ -297,7 +264,7 @@ bool EventDrivenRun::reach_first(DetectedEvent& event, double& h) {
   return false;
 }
 
-/// A step of length h [s] to the event. @return false where (2) does not come to hold
+/// A step of length h [s] to the event. @return false where (1) does not come to hold
 bool EventDrivenRun::reach(DetectedEvent& event, double& h) {
   if (!(h > 0)) return true;
   for (int k = 0; k < kMaxLandings; ++k) {
@@ -306,7 +273,7 @@ bool EventDrivenRun::reach(DetectedEvent& event, double& h) {
     const double jerk = (ends_.a1 - ends_.a0).lpNorm<Eigen::Infinity>() / h;
     event.slope = functions_.slope(event, ends_.q1.data(), ends_.v1.data());
     const double dt = -functions_.value(event, ends_.q1.data(), ends_.v1.data()) / event.slope;
-    const bool holds = dt * dt * (ends_.a1.lpNorm<Eigen::Infinity>() + jerk) <= kLanding * tolerance_;  // (2)
+    const bool holds = dt * dt * (ends_.a1.lpNorm<Eigen::Infinity>() + jerk) <= kLanding * tolerance_;  // (1)
     if (!(dt > -h)) return holds;  // before the left end
     if (!holds || dt >= h) {
       h += dt;
@@ -348,7 +315,7 @@ bool EventDrivenRun::land(double h) {
 
 /// The last v_stop of slip in space. It ends
 ///
-///   on a straight line, with the acceleration held, where that passes zero within the tolerance       (3)
+///   on a straight line, with the acceleration held, where that passes zero within the tolerance       (2)
 ///   or where the contact law lets it stick, with all contacts that are as slow: their slip then decreases to zero
 ///   in the norm of W^-1 whatever its direction, since friction outweighs the load, u' W^-1 u' <= -(mu lambda_n - |lambda_t|) |u|,
 ///   and what it still turns moves the state by less than the tolerance.

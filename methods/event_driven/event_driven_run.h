@@ -9,6 +9,7 @@
 #include "methods/event_driven/event_sensitivity.h"
 #include "methods/event_driven/slip_start.h"
 #include "methods/method.h"
+#include "methods/modes/step_control.h"
 #include "methods/progress_limit.h"
 #include "methods/regions/region_border.h"
 #include "methods/runge_kutta/embedded_tableau.h"
@@ -19,17 +20,13 @@ namespace ricochet {
 
 /// Smooth motion from event to event, with step lengths that follow the tolerance. If a function of EventFunctions
 /// falls through zero, the step is repeated up to that point, and ModeChange determines the next modes.
-///
-///   h <- h clamp(s e^(-alpha) e_before^beta),  alpha = 1 / (k + 1) - 3/4 beta                          (1)
-///
-/// e the error of the step as a part of the tolerance, k the order of its estimate (Gustafsson's PI controller; Hairer,
-/// Wanner, Solving ODEs II, (IV.2.43)). The length is kept after an event.
+/// The lengths are those of StepControl; the length is kept after an event.
 ///
 /// The zero of a function phi is the one of the interpolation first; the step to it leaves dt = -phi / phi'. While
 ///
-///   dt^2 (|a| + |a_1 - a_0| / h) > tolerance / 100                                                      (2)
+///   dt^2 (|a| + |a_1 - a_0| / h) > tolerance / 100                                                      (1)
 ///
-/// it is taken again with h + dt; the last dt is one of Taylor's polynomial. If (2) remains true, the steps to
+/// it is taken again with h + dt; the last dt is one of Taylor's polynomial. If (1) remains true, the steps to
 /// successive points do not belong to one motion: the step is rejected and halved.
 ///
 /// An event that neither the ends nor the stages of a step show is caused by something shorter than the step, such as a
@@ -51,7 +48,6 @@ class EventDrivenRun {
  private:
   bool ends_here() const;
   bool begin();
-  void choose_first_length();
   bool take_step();
   bool check_step();
   bool leaves_region(double h);
@@ -109,13 +105,12 @@ class EventDrivenRun {
   ProgressLimit progress_;
   ForceSpans spans_;
   GroupRecord groups_;
-  double t_ = 0, h_ = 0;        // [s]; the length of the next step
-  float last_log_error_ = -13;  // e_before of (1), binary logarithm
-  double last_event_ = -1;      // [s]
-  double last_pass_ = -1;       // [s], of slip in space that has slowed down to v_stop
+  StepControl control_;
+  double t_ = 0, h_ = 0;    // [s]; the length of the next step
+  double last_event_ = -1;  // [s]
+  double last_pass_ = -1;   // [s], of slip in space that has slowed down to v_stop
   int next_sample_ = 1;
-  int standstills_ = 0;  // consecutive events at the same time, up to rounding
-  bool was_rejected_ = false;
+  int standstills_ = 0;         // consecutive events at the same time, up to rounding
   DetectedEvent shortened_by_;  // the last step that became shorter; none: by its error
 };
 

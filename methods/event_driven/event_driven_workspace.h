@@ -4,10 +4,10 @@
 
 #include "methods/contact_laws/capture_height.h"
 #include "methods/contact_laws/contact_scales.h"
-#include "methods/event_driven/event_functions.h"
 #include "methods/event_driven/mode_change.h"
-#include "methods/event_driven/mode_dynamics.h"
-#include "methods/event_driven/step_scheme.h"
+#include "methods/event_driven/step_formula.h"
+#include "methods/modes/event_functions.h"
+#include "methods/modes/mode_dynamics.h"
 
 namespace ricochet {
 

@@ -5,10 +5,10 @@
 #include <vector>
 
 #include "methods/contact_laws/impact_sequence.h"
-#include "methods/event_driven/event_functions.h"
-#include "methods/event_driven/mode_dynamics.h"
-#include "methods/event_driven/step_ends.h"
 #include "methods/method.h"
+#include "methods/modes/event_functions.h"
+#include "methods/modes/mode_dynamics.h"
+#include "methods/modes/step_ends.h"
 #include "methods/runge_kutta/embedded_tableau.h"
 #include "methods/variations/point_variation.h"
 

@@ -7,9 +7,9 @@
 #include "methods/contact_laws/group_capture.h"
 #include "methods/contact_laws/impact_sequence.h"
 #include "methods/contact_laws/impact_solver.h"
-#include "methods/event_driven/event_functions.h"
-#include "methods/event_driven/mode_dynamics.h"
 #include "methods/event_driven/slow_slip.h"
+#include "methods/modes/event_functions.h"
+#include "methods/modes/mode_dynamics.h"
 
 namespace ricochet {
 

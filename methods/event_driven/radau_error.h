@@ -1,7 +1,7 @@
 #pragma once
 
 #include "methods/event_driven/radau_system.h"
-#include "methods/event_driven/step_ends.h"
+#include "methods/modes/step_ends.h"
 
 namespace ricochet {
 

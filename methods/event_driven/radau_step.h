@@ -1,10 +1,10 @@
 #pragma once
 
 #include "methods/event_driven/collocation_guess.h"
-#include "methods/event_driven/mode_dynamics.h"
 #include "methods/event_driven/radau_error.h"
 #include "methods/event_driven/radau_system.h"
-#include "methods/event_driven/step_scheme.h"
+#include "methods/modes/mode_dynamics.h"
+#include "methods/modes/step_scheme.h"
 
 namespace ricochet {
 

@@ -2,8 +2,8 @@
 
 #include <vector>
 
-#include "methods/event_driven/event_functions.h"
-#include "methods/event_driven/mode_dynamics.h"
+#include "methods/modes/event_functions.h"
+#include "methods/modes/mode_dynamics.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 
 namespace ricochet {

@@ -5,7 +5,7 @@
 #include "methods/contact_laws/contacts_after_impact.h"
 #include "methods/contact_laws/group_rest.h"
 #include "methods/contact_laws/impact_solver.h"
-#include "methods/event_driven/event_functions.h"
+#include "methods/modes/event_functions.h"
 #include "problems/problem.h"
 
 namespace ricochet {

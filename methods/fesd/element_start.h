@@ -8,7 +8,7 @@
 #include "methods/contact_laws/impact_sequence.h"
 #include "methods/contact_laws/impact_solver.h"
 #include "methods/elements/fesd_step.h"
-#include "methods/event_driven/mode_dynamics.h"
+#include "methods/modes/mode_dynamics.h"
 #include "methods/runge_kutta/butcher_tableau.h"
 
 namespace ricochet {

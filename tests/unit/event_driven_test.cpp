@@ -2,9 +2,9 @@
 
 #include <cmath>
 
-#include "methods/event_driven/event_functions.h"
-#include "methods/event_driven/explicit_steps.h"
-#include "methods/event_driven/mode_dynamics.h"
+#include "methods/modes/event_functions.h"
+#include "methods/modes/explicit_steps.h"
+#include "methods/modes/mode_dynamics.h"
 #include "methods/registry.h"
 #include "methods/runge_kutta/embedded_tableau.h"
 #include "tests/test_data.h"

@@ -1,12 +1,12 @@
 // Steps of event-driven runs: those of their tableau, and the polynomials between their ends.
-#include "methods/event_driven/explicit_step.h"
+#include "methods/modes/explicit_step.h"
 
 #include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <Eigen/LU>
 
-#include "methods/event_driven/explicit_steps.h"
+#include "methods/modes/explicit_steps.h"
 #include "methods/runge_kutta/embedded_tableau.h"
 #include "tests/test_data.h"
 

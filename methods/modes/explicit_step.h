@@ -5,8 +5,8 @@
 #include <cstddef>
 #include <utility>
 
-#include "methods/event_driven/mode_dynamics.h"
-#include "methods/event_driven/step_scheme.h"
+#include "methods/modes/mode_dynamics.h"
+#include "methods/modes/step_scheme.h"
 #include "methods/runge_kutta/embedded_tableau.h"
 #include "methods/runge_kutta/explicit_coefficients.h"
 

@@ -1,4 +1,4 @@
-#include "methods/event_driven/step_ends.h"
+#include "methods/modes/step_ends.h"
 
 #include "methods/contact_laws/bernstein.h"
 

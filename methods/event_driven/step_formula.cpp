@@ -1,9 +1,9 @@
-#include "methods/event_driven/step_scheme.h"
+#include "methods/event_driven/step_formula.h"
 
 #include <algorithm>
 
-#include "methods/event_driven/explicit_steps.h"
 #include "methods/event_driven/radau_step.h"
+#include "methods/modes/explicit_steps.h"
 
 namespace ricochet {
 

@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "methods/event_driven/collocation_polynomial.h"
+#include "methods/modes/collocation_polynomial.h"
 #include "problems/problem.h"
 
 namespace ricochet {

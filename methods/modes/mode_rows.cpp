@@ -1,4 +1,4 @@
-#include "methods/event_driven/mode_rows.h"
+#include "methods/modes/mode_rows.h"
 
 #include <algorithm>
 #include <cmath>

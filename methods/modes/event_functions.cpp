@@ -1,4 +1,4 @@
-#include "methods/event_driven/event_functions.h"
+#include "methods/modes/event_functions.h"
 
 #include <algorithm>
 #include <cmath>

@@ -1,9 +1,9 @@
-#include "methods/event_driven/explicit_steps.h"
+#include "methods/modes/explicit_steps.h"
 
 #include <cmath>
 #include <tuple>
 
-#include "methods/event_driven/explicit_step.h"
+#include "methods/modes/explicit_step.h"
 #include "methods/runge_kutta/explicit_coefficients.h"
 
 namespace ricochet {

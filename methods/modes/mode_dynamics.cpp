@@ -1,4 +1,4 @@
-#include "methods/event_driven/mode_dynamics.h"
+#include "methods/modes/mode_dynamics.h"
 
 #include <algorithm>
 #include <cmath>

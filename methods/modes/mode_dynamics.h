@@ -4,8 +4,8 @@
 #include <span>
 #include <vector>
 
-#include "methods/event_driven/mode_rows.h"
 #include "methods/linear_algebra/rank_revealing.h"
+#include "methods/modes/mode_rows.h"
 #include "problems/problem.h"
 #include "problems/small_factors.h"
 #include "problems/solution.h"

@@ -2,8 +2,8 @@
 
 #include <memory>
 
-#include "methods/event_driven/mode_dynamics.h"
-#include "methods/event_driven/step_scheme.h"
+#include "methods/modes/mode_dynamics.h"
+#include "methods/modes/step_scheme.h"
 #include "methods/runge_kutta/embedded_tableau.h"
 
 namespace ricochet {

@@ -1,6 +1,6 @@
-#include "methods/event_driven/collocation_polynomial.h"
+#include "methods/modes/collocation_polynomial.h"
 
-#include "methods/event_driven/step_ends.h"
+#include "methods/modes/step_ends.h"
 #include "problems/dense_solve.h"
 
 namespace ricochet {

@@ -8,8 +8,8 @@
 #include "methods/contact_laws/gap_search.h"
 #include "methods/contact_laws/load_search.h"
 #include "methods/contact_laws/switch_kind.h"
-#include "methods/event_driven/mode_dynamics.h"
-#include "methods/event_driven/step_ends.h"
+#include "methods/modes/mode_dynamics.h"
+#include "methods/modes/step_ends.h"
 #include "problems/problem.h"
 
 namespace ricochet {
