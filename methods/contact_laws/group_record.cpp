@@ -12,13 +12,14 @@ constexpr double kNoProgress = 1e-12;  // of the end time: 100 instants, each of
 
 }  // namespace
 
-GroupRecord::GroupRecord(const ProblemInfo& problem) : problem_(problem), is_in_one_(problem.contacts.size(), 0) {}
+GroupRecord::GroupRecord(const ProblemInfo& problem) : problem_(problem) {}
 
 bool GroupRecord::add(double t, const GroupInstant& instant, Solution& solution) {
   if (instant.capture.n_contacts > 0) {
     solution.captures.push_back(instant.capture);
     solution.captures.back().t = t;
   }
+  if (!instant.wedge.empty()) is_in_one_.resize(problem_.contacts.size(), 0);  // most runs have none
   const auto is_new = [&](int i) { return is_in_one_[static_cast<std::size_t>(i)] == 0; };
   if (std::ranges::any_of(instant.wedge, is_new)) {
     solution.wedges.push_back({t, instant.wedge});

@@ -28,7 +28,7 @@ class GroupRecord {
   double mark_ = 0;              // [s]
   std::vector<int> refused_;     // of the last of them
   std::vector<double> rates_;    // [m/s]
-  std::vector<char> is_in_one_;  // n_c, of a wedge that is recorded
+  std::vector<char> is_in_one_;  // n_c, of a wedge that is recorded; empty before the first
 };
 
 }  // namespace ricochet
