@@ -5,7 +5,7 @@
 namespace ricochet {
 
 void Element::resize(const ProblemInfo& info, int n_s) {
-  q0 = v0 = q1 = v1 = Vector::Zero(info.n_q);
+  q0 = v0 = q1 = v1 = end_a = Vector::Zero(info.n_q);
   q = v = a = Matrix::Zero(info.n_q, n_s);
   lambda_n = Matrix::Zero(info.n_c(), n_s);
   lambda_t = Matrix::Zero(info.n_lambda_t, n_s);

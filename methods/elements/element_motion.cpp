@@ -3,19 +3,36 @@
 #include <cmath>
 #include <set>
 
+#include "methods/runge_kutta/quintic.h"
 #include "problems/dense_solve.h"
 
 namespace ricochet {
 
-ElementMotion::ElementMotion(const ButcherTableau& tableau) : n_s_(tableau.n_s) {
+ElementMotion::ElementMotion(const ButcherTableau& tableau)
+    : n_s_(tableau.n_s), between_ends_(tableau.holds_accelerations) {
+  if (between_ends_) return;
   if (std::set<double>(tableau.c.begin(), tableau.c.end()).size() < static_cast<std::size_t>(n_s_)) return;
   Matrix powers(n_s_, n_s_);
   for (int m = 0; m < n_s_; ++m) powers.col(m) = tableau.c.array().pow(m);
   w_ = inverse_of(powers);
 }
 
+void ElementMotion::add_between_ends(double begin, double end, const Element& e, Motion& motion) const {
+  const double h = e.h;
+  motion.add(begin, end, 5, [&](double s, Vector& q, Vector& v) {
+    q.resize(e.q0.size());
+    v.resize(e.q0.size());
+    for (Eigen::Index k = 0; k < e.q0.size(); ++k) {
+      const QuinticHermite p(e.q0[k], h * e.v0[k], h * h * e.a(k, 0), e.q1[k], h * e.v1[k], h * h * e.end_a[k]);
+      q[k] = p.value(s);
+      v[k] = p.slope(s) / h;
+    }
+  });
+}
+
 void ElementMotion::add(double begin, double end, const Element& e, Motion& motion) const {
   const double h = e.h;
+  if (between_ends_) return add_between_ends(begin, end, e, motion);
   if (w_.size() == 0) {
     const Vector dq = e.q1 - e.q0;
     motion.add(begin, end, 3, [&](double s, Vector& q, Vector& v) {

@@ -16,7 +16,7 @@ namespace ricochet {
 ///   x(theta) + theta^(s + 1) (x_1 - x(1))                                                                    (2)
 ///
 /// which is of the order of the tableau. If no polynomial passes through the stages, (1) is the cubic through q and v
-/// at both ends.
+/// at both ends. Of tableaus that hold accelerations it is the polynomial of degree 5 through q, v and v' at both ends.
 class ElementMotion {
  public:
   explicit ElementMotion(const ButcherTableau& tableau);
@@ -25,7 +25,10 @@ class ElementMotion {
   void add(double begin, double end, const Element& element, Motion& motion) const;
 
  private:
+  void add_between_ends(double begin, double end, const Element& element, Motion& motion) const;
+
   const int n_s_;
+  const bool between_ends_;
   Matrix w_;  // n_s x n_s: row m, column j: coefficient of theta^m in the polynomial that is 1 at c_j; empty without
 };
 

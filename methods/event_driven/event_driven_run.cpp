@@ -11,7 +11,7 @@
 namespace ricochet {
 namespace {
 
-constexpr double kLanding = 0.01;          // of the tolerance, (1)
+constexpr double kLanding = 0.01;          // of the tolerance, (2)
 constexpr double kShortest = 1e-14;        // of the end time: what time can resolve
 constexpr double kShortestRefined = 1e-6;  // of the end time: step that becomes shorter for a gap that it nearly closes
 constexpr int kMaxStandstills = 100;       // a few events may coincide
@@ -264,7 +264,7 @@ bool EventDrivenRun::reach_first(DetectedEvent& event, double& h) {
   return false;
 }
 
-/// A step of length h [s] to the event. @return false where (1) does not come to hold
+/// A step of length h [s] to the event. @return false where (2) does not come to hold
 bool EventDrivenRun::reach(DetectedEvent& event, double& h) {
   if (!(h > 0)) return true;
   for (int k = 0; k < kMaxLandings; ++k) {
@@ -273,7 +273,7 @@ bool EventDrivenRun::reach(DetectedEvent& event, double& h) {
     const double jerk = (ends_.a1 - ends_.a0).lpNorm<Eigen::Infinity>() / h;
     event.slope = functions_.slope(event, ends_.q1.data(), ends_.v1.data());
     const double dt = -functions_.value(event, ends_.q1.data(), ends_.v1.data()) / event.slope;
-    const bool holds = dt * dt * (ends_.a1.lpNorm<Eigen::Infinity>() + jerk) <= kLanding * tolerance_;  // (1)
+    const bool holds = dt * dt * (ends_.a1.lpNorm<Eigen::Infinity>() + jerk) <= kLanding * tolerance_;  // (2)
     if (!(dt > -h)) return holds;  // before the left end
     if (!holds || dt >= h) {
       h += dt;
@@ -315,7 +315,7 @@ bool EventDrivenRun::land(double h) {
 
 /// The last v_stop of slip in space. It ends
 ///
-///   on a straight line, with the acceleration held, where that passes zero within the tolerance       (2)
+///   on a straight line, with the acceleration held, where that passes zero within the tolerance       (3)
 ///   or where the contact law lets it stick, with all contacts that are as slow: their slip then decreases to zero
 ///   in the norm of W^-1 whatever its direction, since friction outweighs the load, u' W^-1 u' <= -(mu lambda_n - |lambda_t|) |u|,
 ///   and what it still turns moves the state by less than the tolerance.

@@ -22,11 +22,15 @@ namespace ricochet {
 /// falls through zero, the step is repeated up to that point, and ModeChange determines the next modes.
 /// The lengths are those of StepControl; the length is kept after an event.
 ///
-/// The zero of a function phi is the one of the interpolation first; the step to it leaves dt = -phi / phi'. While
+/// The zero of a function phi is the one of the interpolation first; the step to it leaves
 ///
-///   dt^2 (|a| + |a_1 - a_0| / h) > tolerance / 100                                                      (1)
+///   dt = -phi / phi'                                                                                    (1)
 ///
-/// it is taken again with h + dt; the last dt is one of Taylor's polynomial. If (1) remains true, the steps to
+/// and is taken again with h + dt while
+///
+///   dt^2 (|a| + |a_1 - a_0| / h) > tolerance / 100                                                      (2)
+///
+/// The last dt is one of Taylor's polynomial. If (2) remains true, the steps to
 /// successive points do not belong to one motion: the step is rejected and halved.
 ///
 /// An event that neither the ends nor the stages of a step show is caused by something shorter than the step, such as a

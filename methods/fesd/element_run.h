@@ -1,6 +1,5 @@
 #pragma once
 
-#include <cstdint>
 #include <list>
 #include <optional>
 
@@ -10,16 +9,14 @@
 #include "methods/fesd/element_loads.h"
 #include "methods/fesd/element_map.h"
 #include "methods/fesd/force_division.h"
-#include "methods/fesd/search_budget.h"
+#include "methods/fesd/run_solver.h"
 #include "methods/fesd/sign_conditions.h"
 #include "methods/fesd/step_buffers.h"
-#include "methods/fesd/step_failure.h"
 
 namespace ricochet {
 
-/// Solves and checks a run: neighbouring elements of equal length with the modes of the first, whose start is known.
-/// The length is given, or the switch at the right end of the last element determines it. Results are in the buffers.
-class ElementRunSolver {
+/// A RunSolver for implicit tableaus, by Newton's method or in closed form (methods/elements).
+class ElementRunSolver final : public RunSolver {
  public:
   struct Options {
     double tolerance;  ///< of Newton's method
@@ -32,43 +29,29 @@ class ElementRunSolver {
   ElementRunSolver(const Problem& problem, const ButcherTableau& tableau, const Options& options, ContactScales& scales,
                    ElementStartSolver& start_solver, StepBuffers& buffers, Counters& counters);
 
-  void set_tolerance(double tolerance) {
+  void set_tolerance(double tolerance) override {
     element_solver_.set_tolerance(tolerance);
     switch_solver_.set_tolerance(tolerance);
   }
   /// Tolerance of the signs between the stages, which Options::between_stages checks.
-  void set_motion_tolerance(double tolerance) {
+  void set_motion_tolerance(double tolerance) override {
     if (loads_between_) loads_between_->set_tolerance(tolerance);
   }
-  /// A new run of the method.
-  void restart() {
+  void restart() override {
     element_solver_.restart();
     if (gaps_between_) gaps_between_->restart();
     if (loads_between_) loads_between_->restart();
   }
-  void begin_step() {
+  void begin_step() override {
     if (loads_between_) loads_between_->begin_step();
   }
   /// ElementLoads::shortest() of this step.
-  double shortest_load() const { return loads_between_ ? loads_between_->shortest() : 0; }
+  double shortest_load() const override { return loads_between_ ? loads_between_->shortest() : 0; }
 
-  /// Solves `count` elements of length h. @return the first failure; the time of its violation is from the start of the
-  /// run
-  StepFailure equal_elements(int first, int count, double h);
-
-  /// Solves `count` elements up to the switch that they would pass, or up to an earlier one that the solution shows.
-  /// @return whether all sign conditions hold up to there  @param remaining  upper bound of their total length [s]
-  bool run_to_switch(int first, int count, Violation violation, double remaining, SearchBudget& budget);
-
-  /// Solves `count` elements of length h with a switch of the contact at their end, without the equation of the switch.
-  /// @return whether all sign conditions hold up to there
-  bool run_to_time(int first, int count, double h, SwitchKind kind, int contact, SearchBudget& budget);
-
-  /// Advances the right end of an element by up to n elements of length h in which nothing happens, as long as they have
-  /// an ElementMap. The rest of the element stays as it is.
-  /// @param group  only whole groups of so many elements count: steps
-  /// @return how many elements
-  std::int64_t skip_elements(Element& from, double h, std::int64_t n, int group);
+  StepFailure equal_elements(int first, int count, double h) override;
+  bool run_to_switch(int first, int count, Violation violation, double remaining, SearchBudget& budget) override;
+  bool run_to_time(int first, int count, double h, SwitchKind kind, int contact, SearchBudget& budget) override;
+  std::int64_t skip_elements(Element& from, double h, std::int64_t n, int group) override;
 
  private:
   ElementMap* map_for(Element& element, double h);

@@ -15,6 +15,8 @@ constexpr double kStandstill = 1e-13;
 // Such elements in turn that may end with impacts; after them the contact that closes may sink.
 constexpr int kFewStandstills = 4;
 
+// A capture stands for infinitely many impacts: for more than one.
+constexpr int kImpactsOfCapture = 2;
 // Newton's iterations that remove gaps of a capture height; normals that nearly depend on each other need several.
 constexpr int kMaxMoves = 8;
 
@@ -44,6 +46,7 @@ void ElementStart::reserve(const ProblemInfo& info) {
   acceleration.setZero(info.n_q);
   lambda_n.setZero(info.n_c());
   lambda_t.setZero(info.n_lambda_t);
+  q_open = v_open = acceleration;
 }
 
 ElementStartSolver::ElementStartSolver(const Problem& problem, const ButcherTableau& tableau,
@@ -113,11 +116,13 @@ bool ElementStartSolver::is_paradox(const ImpactSolver::ClosedContact& closed) c
 void ElementStartSolver::record_sizes(const LeftEnd& at) {
   impacts_.record_touching(at.v_minus());
   if (!at.left) return impacts_.record_load(at.stages().q0, at.stages().v0, at.step.H);
+  const auto largest_force = [&](int i) {
+    return tableau_.holds_accelerations ? at.left->end_lambda_n[i] : at.left->lambda_n.row(i).maxCoeff();
+  };
   for (const int i : impacts_.candidates()) {
     scales_.record_approach(i, impact_law_.normal_velocity_scale(i, at.left->v0));
     scales_.record_slip(i, impact_law_.slip_velocity_scale(i, at.left->v0));
-    if (at.was_closed(i))
-      scales_.record_approach(i, at.left->h * at.left->lambda_n.row(i).maxCoeff() * impact_law_.normal_delassus(i));
+    if (at.was_closed(i)) scales_.record_approach(i, at.left->h * largest_force(i) * impact_law_.normal_delassus(i));
   }
 }
 
@@ -217,7 +222,7 @@ bool ElementStartSolver::has_sunk(const Switch& end) const {
   return end.contact >= 0 && end.kind == SwitchKind::gap_closes && end.left_gap < -scales_.nearly_touching(end.contact);
 }
 
-/// Closes a group that is at rest. A capture stands for infinitely many impacts. False where the laws of an instant
+/// Closes a group that is at rest. False where the laws of an instant
 /// cannot be evaluated at the place where it rests.
 bool ElementStartSolver::come_to_rest(const LeftEnd& at) {
   int& n_impacts = at.step.n_impacts[static_cast<std::size_t>(at.element)];
@@ -235,7 +240,7 @@ bool ElementStartSolver::come_to_rest(const LeftEnd& at) {
     if (n_impacts == 0 || !groups_.raise_sunk(at.start.touching, stages.q0, stages.v0)) return true;
     problem_.gap(stages.q0.data(), gap_.data());
   }
-  n_impacts += 2;
+  n_impacts += kImpactsOfCapture;
   return impact_law_.prepare(stages.q0, impacts_.candidates());
 }
 
@@ -353,16 +358,47 @@ bool ElementStartSolver::still_approaches(const LeftEnd& at, int contact) const 
          impact_law_.normal_velocity(contact, at.stages().v0) < -scales_.no_drift(contact);
 }
 
+/// The bounces whose contacts the others hold: they neither part nor approach.
+unsigned ElementStartSolver::bounces_at_rest(const LeftEnd& at) const {
+  unsigned set = 0;
+  const auto& alternatives = at.start.alternatives;
+  for (std::size_t k = 0; k < std::min(alternatives.size(), kMaxAlternatives); ++k) {
+    const int i = alternatives[k].contact;
+    const bool rests = std::abs(impact_law_.normal_velocity(i, at.stages().v0)) <= scales_.no_drift(i);
+    if (alternatives[k].bounced() && rests) set |= 1U << k;
+  }
+  return set;
+}
+
+/// Stages take the velocity of a closed bounce away where forces hold gaps; where they hold accelerations, it is taken
+/// away here, as a capture.
 ElementStartSolver::Result ElementStartSolver::close_instead(const LeftEnd& at, unsigned closed_instead) {
   ElementStart& start = at.start;
-  clear_modes(problem_.info(), at.stages(), start);
-  if (!impact_law_.prepare(at.stages().q0, start.touching)) return Result::no_impulse;
+  Element& stages = at.stages();
+  int& n_impacts = at.step.n_impacts[static_cast<std::size_t>(at.element)];
+  const bool captures = tableau_.holds_accelerations;
+  clear_modes(problem_.info(), stages, start);
+  if (captures && start.closed_instead == 0) {
+    start.q_open = stages.q0;
+    start.v_open = stages.v0;
+  } else if (captures) {
+    stages.q0 = start.q_open;
+    stages.v0 = start.v_open;
+    n_impacts -= kImpactsOfCapture;
+  }
+  if (!impact_law_.prepare(stages.q0, start.touching)) return Result::no_impulse;
   const std::size_t n_alternatives = start.alternatives.size();
   const Result result = set_modes(at, closed_instead);
   start.alternatives.resize(n_alternatives);
   start.closed_instead = closed_instead;
-  at.stages().closes_bounce = closed_instead != 0;
-  return result;
+  stages.closes_bounce = closed_instead != 0;
+  if (!captures || closed_instead == 0) return result;
+  n_impacts += kImpactsOfCapture;
+  if (result != Result::done) return result;
+  Vector q = stages.q0;  // its gaps are rounding: only the velocity changes
+  if (!move_to(stages.modes, q, stages.v0)) return Result::no_impulse;
+  const unsigned at_rest = bounces_at_rest(at) | closed_instead;
+  return at_rest == closed_instead ? Result::done : close_instead(at, at_rest);
 }
 
 /// Modes from the forces right after the start, and the alternatives to them.

@@ -49,6 +49,7 @@ struct ElementStart {
   int failed_contact = -1;  ///< the contact of a Result other than done
   bool has_forces = false;  ///< acceleration and forces right after the start are known:
   Vector acceleration, lambda_n, lambda_t;
+  Vector q_open, v_open;  ///< n_q, left end with all bounces open; of tableaus that hold accelerations
 
   void reserve(const ProblemInfo& info);
 };
@@ -142,6 +143,7 @@ class ElementStartSolver {
   void clear(const LeftEnd& at) const;
   void divide_touching(const LeftEnd& at);
   bool has_groups() const { return !sinks_.empty(); }
+  unsigned bounces_at_rest(const LeftEnd& at) const;
   bool has_sunk(const Switch& end) const;
   bool come_to_rest(const LeftEnd& at);
   bool remove_gaps(const LeftEnd& at);

@@ -11,9 +11,13 @@
 #include "methods/fesd/fesd_run.h"
 #include "methods/fesd/moving_contacts.h"
 #include "methods/fesd/reused_solver.h"
+#include "methods/modes/step_control.h"
 #include "methods/progress_limit.h"
 #include "methods/registry.h"
+#include "methods/runge_kutta/embedded_tableau.h"
 #include "methods/runge_kutta/tableau_argument.h"
+#include "methods/runge_kutta/tableau_file.h"
+#include "problems/input_error.h"
 
 namespace ricochet {
 namespace {
@@ -34,9 +38,15 @@ constexpr double kLeastOfTries = 1e-4;     // of end_time, the progress that the
 /// A run of FesdAdaptive.
 class AdaptiveRun {
  public:
-  /// @param rest_speed  normal velocity up to which a bounce is closed [m/s]
-  AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
-              const FrictionConeOptions& cone, const ElementError& error, double rest_speed,
+  /// What a FesdAdaptive consists of; it has to outlive the run.
+  struct Formula {
+    ButcherTableau tableau;
+    std::optional<EmbeddedTableau> pair;  ///< of an explicit tableau
+    std::optional<ElementError> error;    ///< of an implicit one
+    double kappa;                         ///< of capture.h: bounces with tolerance / kappa are closed [1 / s]
+  };
+
+  AdaptiveRun(const Problem& problem, const Formula& formula, const Settings& settings, const FrictionConeOptions& cone,
               const CaptureHeight& capture_height, ReusedSolver& reused);
 
   Solution solve();
@@ -54,6 +64,7 @@ class AdaptiveRun {
   double time() const { return settings_.begin + t_; }  // of the whole, for messages
   double rest_speed() const { return may_close_ ? rest_speed_ : 0; }
   Next judge(const Attempt& attempt, const PivotingSolver::ClosedBounces& closed);
+  Next judge_pair(const Attempt& attempt, const RunSolver::Trial& trial);
   Next after_failure(const Attempt& attempt, Status status);
   Next repeat_with(double h);
   void choose_length(double H, double wanted);
@@ -62,9 +73,10 @@ class AdaptiveRun {
 
   const ProblemInfo& info_;
   const Settings& settings_;
-  const ElementError& error_;
-  const double exponent_;  // of (4)
-  const double rest_speed_;
+  const Formula& formula_;
+  std::optional<StepControl> control_;  // in the place of (3), (4): of an explicit pair
+  const double exponent_;               // of (4)
+  const double rest_speed_;             // normal velocity up to which a bounce is closed [m/s]
   const double T_;
   FesdRun run_;
   PivotingSolver& solver_;
@@ -78,28 +90,33 @@ class AdaptiveRun {
   int refusals_ = 0;       // of the bounces closed at t
 };
 
-AdaptiveRun::AdaptiveRun(const Problem& problem, const ButcherTableau& tableau, const Settings& settings,
-                         const FrictionConeOptions& cone, const ElementError& error, double rest_speed,
-                         const CaptureHeight& capture_height, ReusedSolver& reused)
+AdaptiveRun::AdaptiveRun(const Problem& problem, const Formula& formula, const Settings& settings,
+                         const FrictionConeOptions& cone, const CaptureHeight& capture_height, ReusedSolver& reused)
     : info_(problem.info()),
       settings_(settings),
-      error_(error),
-      exponent_(-1.0 / (tableau.order + 1)),
-      rest_speed_(rest_speed),
+      formula_(formula),
+      exponent_(-1.0 / (formula.tableau.order + 1)),
+      rest_speed_(settings.tolerance / formula.kappa),
       T_(problem.info().end_time),
-      run_(problem, tableau, settings, StepCheck::kTolerances * settings.tolerance, FesdAudit::Claims{.cone = cone},
-           reused.counters()),
-      solver_(reused.start(
-          settings.inner_tolerance,
-          [&](PivotingSolver& solver) { solver.set_motion_tolerance(settings.tolerance, capture_height); })),
+      run_(problem, formula.tableau, settings, StepCheck::kTolerances * settings.tolerance,
+           FesdAudit::Claims{.cone = cone}, reused.counters()),
+      solver_(reused.start(settings.inner_tolerance,
+                           [&](PivotingSolver& solver) {
+                             solver.set_motion_tolerance(settings.tolerance, capture_height);
+                             solver.keep_stages(settings.audit);
+                           })),
       moving_(problem),
       spans_(problem),
       progress_(problem.info(), kTriesPerMark, kLeastOfTries),
-      h_(kFirstStep * T_) {}
+      h_(kFirstStep * T_) {
+  if (!formula.pair) return;
+  control_.emplace(formula.pair->error_order, 1);
+  h_ = T_;  // explicit_run.h knows the first length
+}
 
 Solution AdaptiveRun::solve() {
   const std::function<bool(const Element&)> is_accurate = [&](const Element& element) {
-    return error_(element, moving_, settings_.tolerance) <= kHopeless;
+    return control_ || (*formula_.error)(element, moving_, settings_.tolerance) <= kHopeless;
   };
   while (t_ < T_) {
     if (progress_.is_passed(tries_++, t_)) {
@@ -125,14 +142,16 @@ AdaptiveRun::Attempt AdaptiveRun::next_attempt() {
 
 /// Decides whether the error of a solved step is accepted, and how long the next step may be.
 AdaptiveRun::Next AdaptiveRun::judge(const Attempt& attempt, const PivotingSolver::ClosedBounces& closed) {
+  if (control_) return judge_pair(attempt, *solver_.trial());
   const double H = attempt.H;
   const FesdStep& step = solver_.step();
-  double error = error_(step.last(), moving_, settings_.tolerance);
+  const ElementError& error_of = *formula_.error;
+  double error = error_of(step.last(), moving_, settings_.tolerance);
   if (run_.has_no_derivative(step))
     return stop(Status::infeasible, fmt::format("t = {:.12g} s: ", time()), VariedProblem::kNoDerivative);
   if (Sensitivity* sensitivity = run_.sensitivity()) {
     sensitivity->add(step, attempt.is_last ? sensitivity->dt_final() : sensitivity->dt());
-    error = std::max(error, error_(step.last(), *sensitivity, settings_.tolerance));
+    error = std::max(error, error_of(step.last(), *sensitivity, settings_.tolerance));
   }
   const bool can_be_shorter = H > kShortest * T_;
   if (error > kHopeless && !can_be_shorter)
@@ -156,6 +175,23 @@ AdaptiveRun::Next AdaptiveRun::judge(const Attempt& attempt, const PivotingSolve
   refusals_ = 0;
   may_close_ = true;
   choose_length(H, wanted);
+  return Next::accept;
+}
+
+/// The same by the embedded estimate of the trial, before a switch cut it short: the length is kept after a switch.
+AdaptiveRun::Next AdaptiveRun::judge_pair(const Attempt& attempt, const RunSolver::Trial& trial) {
+  if (trial.h == 0) return Next::accept;
+  if (!StepControl::accepts(trial.error)) {
+    if (trial.h <= kShortest * T_)
+      return stop(Status::step_limit, fmt::format("t = {:.12g} s: ", time()),
+                  fmt::format("a step of {:.3g} s still has {:.3g} times the error allowed", trial.h, trial.error));
+    control_->reject();
+    return repeat_with(trial.h * control_->factor_of_rejected(trial.error));
+  }
+  const double next = control_->next(trial.h, trial.error);
+  const bool is_cut = attempt.is_last && trial.h == attempt.H;  // by the end time, not by the error
+  if (!is_cut || next > h_) h_ = std::min(next, T_);
+  if (const double load = solver_.shortest_load(); load > 0) h_ = std::min(h_, std::max(load, 2 * kShortest * T_));
   return Next::accept;
 }
 
@@ -183,7 +219,9 @@ AdaptiveRun::Next AdaptiveRun::after_failure(const Attempt& attempt, Status stat
   const StepFailure& failure = solver_.failure();
   const double shortest = failure.drifts() ? kShortestOnCurve : kShortest;
   if (status != Status::time_limit && failure.depends_on_length() && attempt.H > shortest * T_) {
-    h_ = 0.5 * attempt.H;
+    const double tried = control_ ? solver_.trial()->h : 0;
+    h_ = 0.5 * (tried > 0 ? std::min(attempt.H, tried) : attempt.H);
+    if (control_) control_->reject();
     if (attempt.H < kFewRoundings * T_ && solver_.settle()) h_ = kFirstStep * T_;
     return Next::repeat;
   }
@@ -236,87 +274,111 @@ AdaptiveRun::Next AdaptiveRun::stop(Status status, const std::string& where, con
 /// not depend on theta where (4) gave it, follows from the switch equation where the element ends at a switch, and the
 /// last element has what remains. A perturbation may oscillate where the solution does not; so the lengths have to hold
 /// (3) for the derivatives of w, q and v as well, each within tol (1 + |dx|).
+///
+/// An explicit pair has its own estimate and the lengths of StepControl, and closes bounces at the left end of an element
+/// (element_start.h). Its elements have no derivatives.
 class FesdAdaptive final : public Method {
  public:
   explicit FesdAdaptive(const MethodSpec& spec)
-      : id_(spec.text()),
-        tableau_(tableau_argument(spec)),
-        cone_(cone_argument(spec)),
-        error_(tableau_),
-        capture_height_(spec) {
+      : id_(spec.text()), formula_(formula_argument(spec)), cone_(cone_argument(spec)), capture_height_(spec) {
     options_.n_fe = 1;
     options_.between_stages = true;
     options_.facets = cone_.facets;
-    if (const Capture captured = capture(tableau_); tableau_.is_stiffly_accurate() && captured.absorbs())
-      kappa_ = captured.kappa;
+    if (!formula_.pair) return;
+    options_.pair = &*formula_.pair;
+    if (cone_.facets > 0)
+      throw InputError(fmt::format("{}: a polyhedral cone requires an implicit tableau, for example radau-iia:4", id_));
   }
 
   MethodInfo info() const override {
     return {.id = id_,
-            .title = fmt::format("FESD-J, {}, error-controlled", tableau_.name),
+            .title = fmt::format("FESD-J, {}, error-controlled", formula_.tableau.name),
             .source = "Nurkanovic, Frey, Pozharskiy, Diehl: FESD-J, section 3; error control of this project",
-            .order_smooth = static_cast<double>(tableau_.order),
-            .order_impacts = static_cast<double>(tableau_.order),
+            .order_smooth = static_cast<double>(formula_.tableau.order),
+            .order_impacts = static_cast<double>(formula_.tableau.order),
             .is_adaptive = true,
-            .has_sensitivities = true,
+            .has_sensitivities = !formula_.pair,
             .is_audited = true,
             .impact_laws = all_impact_hypotheses(),
             .has_restitution_of_speed = true,
             .has_static_friction = true,
             .has_regions = true,
-            .has_islands = !capture_height_.is_stated(),  // whose range follows from the whole
+            .has_islands = !formula_.pair && !capture_height_.is_stated(),  // whose range follows from the whole
             .is_allocation_free = true};
   }
 
   Support supports(const ProblemInfo& problem) const override {
+    if (formula_.pair) return Support::yes();
     // A body that rests on a surface which is accelerated would creep along in steps as short as rounding asks for.
     const auto rests_on_moving = [](const ContactInfo& contact) {
       return contact.is_moving && !contact.is_affine && contact.eps_r == 0;
     };
     const auto found = std::find_if(problem.contacts.begin(), problem.contacts.end(), rests_on_moving);
-    if (!tableau_.is_stiffly_accurate() && found != problem.contacts.end()) {
+    if (!formula_.tableau.is_stiffly_accurate() && found != problem.contacts.end()) {
       return Support::no(fmt::format(
           "tableau {} has no stage at the right end; what rests on '{}', a surface that is accelerated, needs one",
-          tableau_.name, found->name));
+          formula_.tableau.name, found->name));
     }
-    return can_hold_bilateral(tableau_, problem);
+    return can_hold_bilateral(formula_.tableau, problem);
   }
 
  protected:
   Solution do_solve(const Problem& problem, const Settings& settings) const override {
-    ReusedSolver reused(problem, tableau_, options_);
+    ReusedSolver reused(problem, formula_.tableau, options_);
     return run(problem, settings, reused);
   }
 
   std::unique_ptr<Solver> do_prepare(const Problem& problem) const override {
     return std::make_unique<PreparedFesd>(
-        problem, tableau_, options_,
+        problem, formula_.tableau, options_,
         [this, &problem](const Settings& settings, ReusedSolver& reused) { return run(problem, settings, reused); });
   }
 
  private:
   Solution run(const Problem& problem, const Settings& settings, ReusedSolver& reused) const {
-    return AdaptiveRun(problem, tableau_, settings, cone_, error_, settings.tolerance / kappa_, capture_height_, reused)
-        .solve();
+    return AdaptiveRun(problem, formula_, settings, cone_, capture_height_, reused).solve();
+  }
+
+  /// "radau-iia:4", "prince-dormand-8-7", "@tableau.json" or "@pair.json"
+  static AdaptiveRun::Formula formula_argument(const MethodSpec& spec) {
+    if (auto pair = pair_argument(spec)) {
+      // A capture at the left end leaves an error of the velocity that it takes away.
+      return {.tableau = butcher_tableau(*pair), .pair = std::move(pair), .error = {}, .kappa = 1};
+    }
+    AdaptiveRun::Formula formula{.tableau = tableau_argument(spec), .pair = {}, .error = {}, .kappa = 0};
+    formula.error.emplace(formula.tableau);
+    // Nothing is closed without a stage at the right end that stops it.
+    const Capture captured = capture(formula.tableau);
+    formula.kappa = formula.tableau.is_stiffly_accurate() && captured.absorbs()
+                        ? captured.kappa
+                        : std::numeric_limits<double>::infinity();
+    return formula;
+  }
+
+  static std::optional<EmbeddedTableau> pair_argument(const MethodSpec& spec) {
+    if (spec.arguments().size() != 1) return {};
+    const std::string& name = spec.arguments()[0];
+    if (name.starts_with('@'))
+      return is_pair_file(name.substr(1)) ? std::optional(read_embedded_tableau(name.substr(1))) : std::nullopt;
+    const auto names = embedded_tableau_names();
+    return std::ranges::count(names, name) > 0 ? std::optional(embedded_tableau(name)) : std::nullopt;
   }
 
   std::string id_;
-  ButcherTableau tableau_;
+  AdaptiveRun::Formula formula_;
   FrictionConeOptions cone_;
-  ElementError error_;
   CaptureHeight capture_height_;
   PivotingSolver::Options options_;
-  // Nothing is closed without a stage at the right end that stops it.
-  double kappa_ = std::numeric_limits<double>::infinity();
 };
 
 const bool is_registered = register_method<FesdAdaptive>({
     .name = "fesd_adaptive",
-    .usage = "fesd_adaptive:TABLEAU:STAGES[,cone=exact|squared][,cone=polyhedral[,facets=8]]"
+    .usage = "fesd_adaptive:TABLEAU:STAGES or fesd_adaptive:PAIR[,cone=exact|squared][,cone=polyhedral[,facets=8]]"
              "[,capture_height=m], or fesd_adaptive:@TABLEAU_FILE, with --tolerance",
     .max_arguments = 2,
     .summary = "FESD-J with steps that follow a tolerance",
-    .examples = {"fesd_adaptive:radau-iia:3", "fesd_adaptive:radau-iia:4", "fesd_adaptive:gauss:4"},
+    .examples = {"fesd_adaptive:radau-iia:3", "fesd_adaptive:radau-iia:4", "fesd_adaptive:gauss:4",
+                 "fesd_adaptive:prince-dormand-8-7"},
 });
 
 }  // namespace

@@ -30,6 +30,7 @@ FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, cons
     : problem_(problem),
       tableau_(tableau),
       stiffly_accurate_(tableau.is_stiffly_accurate()),
+      n_points_(tableau.holds_accelerations ? 1 : tableau.n_s),
       pinned_(claims.pinned),
       gap_tolerance_(claims.gap_tolerance),
       cone_(claims.cone.cone),
@@ -100,14 +101,12 @@ Vector FesdAudit::stage_velocity(const Element& e, int j, int n_t) const {
   return stiffly_accurate_ && n_t == 1 && j + 1 == tableau_.n_s ? e.v1 : Vector(e.v.col(j));
 }
 
-/// Difference of v_{n+1} from the velocity of the Runge-Kutta step, except what P took away, an impulse of closed
-/// contacts.
-Vector FesdAudit::end_velocity_residual(const Element& e, const Matrix& accelerations) const {
+/// Directions of the forces that hold the contacts that are closed in an element, at q: n_q x (n_c + n_lambda_t), a column
+/// of a normal has the friction of its slip.
+Matrix FesdAudit::held_directions(const Element& e, const Vector& q) const {
   const ProblemInfo& info = problem_.info();
-  Vector residual = e.v1 - e.v0 - e.h * accelerations * tableau_.b;
-  if (!e.is_projected) return residual;
-  const Matrix M = problem_.mass_matrix(e.q1), J_n = problem_.force_directions(problem_.normal_jacobian(e.q1)),
-               J_t = problem_.force_directions(problem_.tangent_jacobian(e.q1));
+  const Matrix J_n = problem_.force_directions(problem_.normal_jacobian(q)),
+               J_t = problem_.force_directions(problem_.tangent_jacobian(q));
   Matrix held = Matrix::Zero(info.n_q, info.n_c() + info.n_lambda_t);
   for (int i = 0; i < info.n_c(); ++i) {
     const auto& contact = info.contacts[i];
@@ -122,8 +121,38 @@ Vector FesdAudit::end_velocity_residual(const Element& e, const Matrix& accelera
         held.col(info.n_c() + contact.tangent_index + m) += law.held[m][d] * J_t.col(t);
     }
   }
-  const Vector impulse = least_squares(held, M * residual);
-  return residual - CholeskyFactors(M).solve(held * impulse);
+  return held;
+}
+
+/// The same, and the normals for themselves.
+Matrix FesdAudit::held_and_normals(const Element& e, const Vector& q) const {
+  const Matrix held = held_directions(e, q), J_n = problem_.force_directions(problem_.normal_jacobian(q));
+  Matrix all(held.rows(), held.cols() + J_n.cols());
+  all << held, J_n;
+  for (int i = 0; i < problem_.n_c(); ++i) {
+    if (!is_closed(e.modes[i])) all.col(held.cols() + i).setZero();
+  }
+  return all;
+}
+
+/// A change of positions or velocities but what forces of the given directions, F, cause.
+Vector but_for_forces(const Matrix& M, const Matrix& F, const Vector& change) {
+  return change - CholeskyFactors(M).solve(F * least_squares(F, M * change));
+}
+
+/// Difference of v_{n+1} from the velocity of the Runge-Kutta step, except what P took away, an impulse of closed
+/// contacts.
+Vector FesdAudit::end_velocity_residual(const Element& e, const Matrix& accelerations) const {
+  const Vector residual = e.v1 - e.v0 - e.h * accelerations * tableau_.b;
+  if (!e.is_projected) return residual;
+  return but_for_forces(problem_.mass_matrix(e.q1), held_directions(e, e.q1), residual);
+}
+
+/// The same of q_{n+1}, which P moves if the tableau holds accelerations.
+Vector FesdAudit::end_position_residual(const Element& e) const {
+  const Vector residual = e.q1 - e.q0 - e.h * e.v * tableau_.b;
+  if (!e.is_projected || !tableau_.holds_accelerations) return residual;
+  return but_for_forces(problem_.mass_matrix(e.q1), held_and_normals(e, e.q1), residual);
 }
 
 /// The forces at the right end of a tableau that has a stage there, where P does not replace them.
@@ -247,7 +276,7 @@ double FesdAudit::missing_dissipation(const FrictionPoint& at, const Vector& v_t
 void FesdAudit::add_friction(const View& at, int i) {
   const auto& contact = problem_.info().contacts[i];
   const Element& e = at.e;
-  const int n_t = contact.n_t, n_s = tableau_.n_s;
+  const int n_t = contact.n_t, n_s = n_points_;
   const double force = force_size_[i];
   const auto tangents = [&](const auto& lambda_t) { return Vector(lambda_t.segment(contact.tangent_index, n_t)); };
 
@@ -319,11 +348,11 @@ void FesdAudit::add_pinned_sliding(const Element& left, const Element& e, int i)
   const Vector lambda_t = left.end_lambda_t.segment(contact.tangent_index, n_t);
   const double beta = cone_margin(contact.mu * left.end_lambda_n[i], lambda_t);
   double sum = 0;
-  for (int j = 0; j < tableau_.n_s; ++j) sum += slip(i, e.q.col(j), stage_velocity(e, j, n_t)).norm();
+  for (int j = 0; j < n_points_; ++j) sum += slip(i, e.q.col(j), stage_velocity(e, j, n_t)).norm();
   report(FesdCondition::pinned_sliding, beta * sum, force * slip_size, i);
   if (!polygon_.applies(n_t)) return;
   const std::vector<double> l = polygon_.facet_forces(left.modes[i], left.facets[i], lambda_t.data());
-  for (int j = 0; j < tableau_.n_s; ++j) {
+  for (int j = 0; j < n_points_; ++j) {
     const std::vector<double> rates = polygon_.facet_rates(slip(i, e.q.col(j), e.v.col(j)).data());
     for (std::size_t f = 0; f < l.size(); ++f)
       report(FesdCondition::pinned_sliding, l[f] * rates[f], force * slip_size, i);
@@ -336,7 +365,7 @@ double FesdAudit::friction_indicator(const Element& left, const Element& e, int 
   const auto& contact = problem_.info().contacts[i];
   const auto sums = [&](const Element& element) {
     Eigen::Vector3d sum = Eigen::Vector3d::Zero();  // of xi+, xi-, beta; in space of ||v_t||, 0, beta
-    for (int j = 0; j < tableau_.n_s; ++j) {
+    for (int j = 0; j < n_points_; ++j) {
       const Vector v_t = slip(i, element.q.col(j), stage_velocity(element, j, contact.n_t));
       sum[0] += contact.n_t == 1 ? std::max(v_t[0], 0.0) : v_t.norm();
       sum[1] += contact.n_t == 1 ? std::max(-v_t[0], 0.0) : 0;
@@ -344,7 +373,7 @@ double FesdAudit::friction_indicator(const Element& left, const Element& e, int 
                             element.lambda_t.col(j).segment(contact.tangent_index, contact.n_t));
     }
     // Means: the product over many contacts would grow with n_s to the power of their number.
-    return Eigen::Vector3d(sum / tableau_.n_s);
+    return Eigen::Vector3d(sum / n_points_);
   };
   const Eigen::Vector3d before = sums(left), after = sums(e);
   const double slips = polygon_.applies(contact.n_t) ? facet_indicator(left, e, i) : 1;
@@ -359,7 +388,7 @@ double FesdAudit::facet_indicator(const Element& left, const Element& e, int i) 
   const auto& contact = problem_.info().contacts[i];
   const auto sums = [&](const Element& element) {
     Matrix sum = Matrix::Zero(polygon_.facets(), 2);
-    for (int j = 0; j < tableau_.n_s; ++j) {
+    for (int j = 0; j < n_points_; ++j) {
       const auto l = polygon_.facet_forces(element.modes[i], element.facets[i],
                                            element.lambda_t.col(j).data() + contact.tangent_index),
                  rates = polygon_.facet_rates(slip(i, element.q.col(j), element.v.col(j)).data());
@@ -376,10 +405,12 @@ void FesdAudit::add(const FesdStep& step, const FesdStep* previous, double t) {
   set_sizes(step);
   double length = 0;
   for (int n = 0; n < step.n_elements; ++n) {
-    const View at = view(step, n, n > 0 ? &step.elements[n - 1] : previous ? &previous->last() : nullptr);
-    length += at.e.h;
-    add_stages(at);
+    const Element& element = step.elements[n];
+    const Element* left = n > 0 ? &step.elements[n - 1] : previous ? &previous->last() : nullptr;
+    length += element.h;
+    add_stages(view(step, n, element, left));
     if (problem_.n_c() == 0) continue;
+    const View at = view(step, n, tableau_.holds_accelerations ? at_right_end(element) : element, left);
     add_impulses(at);
     add_bilateral(at);
     if (at.e.has_end_forces)
@@ -430,8 +461,18 @@ void FesdAudit::set_sizes(const FesdStep& step) {
   }
 }
 
-FesdAudit::View FesdAudit::view(const FesdStep& step, int n, const Element* left) {
-  const Element& e = step.elements[n];
+/// The element with its right end in place of the stages.
+const Element& FesdAudit::at_right_end(const Element& element) {
+  right_end_ = element;
+  right_end_.q = element.q1;
+  right_end_.v = element.v1;
+  right_end_.a = element.end_a;
+  right_end_.lambda_n = element.end_lambda_n;
+  right_end_.lambda_t = element.end_lambda_t;
+  return right_end_;
+}
+
+FesdAudit::View FesdAudit::view(const FesdStep& step, int n, const Element& e, const Element* left) {
   const ProblemInfo& info = problem_.info();
   View at{.step = step,
           .n = n,
@@ -444,8 +485,8 @@ FesdAudit::View FesdAudit::view(const FesdStep& step, int n, const Element* left
           .Lambda_n = step.Lambda_n.col(n),
           .left_gaps = problem_.gap(e.q0),
           .right_gaps = problem_.gap(e.q1),
-          .accelerations = Matrix(info.n_q, tableau_.n_s),
-          .gaps = Matrix(info.n_c(), tableau_.n_s),
+          .accelerations = Matrix(info.n_q, e.q.cols()),
+          .gaps = Matrix(info.n_c(), e.q.cols()),
           .momentum = 0,
           .obeys_newton = step.n_impacts[static_cast<std::size_t>(n)] <= 1 &&
                           info.impact_law.hypothesis == ImpactHypothesis::newton,
@@ -453,7 +494,7 @@ FesdAudit::View FesdAudit::view(const FesdStep& step, int n, const Element* left
   const int n_bodies = info.n_mechanical();
   at.momentum =
       max_abs((at.M * e.v0.cwiseAbs()).head(n_bodies)) + max_abs((at.M * at.v_minus.cwiseAbs()).head(n_bodies));
-  for (int k = 0; k < tableau_.n_s; ++k) {
+  for (Eigen::Index k = 0; k < e.q.cols(); ++k) {
     const Vector q = e.q.col(k), v = e.v.col(k);
     const CholeskyFactors M(problem_.mass_matrix(q));
     const Vector load = M.solve(problem_.force(q, v)),
@@ -470,8 +511,10 @@ FesdAudit::View FesdAudit::view(const FesdStep& step, int n, const Element* left
 void FesdAudit::add_stages(const View& at) {
   const Element& e = at.e;
   const int n_bodies = problem_.info().n_mechanical();
-  const double q_size = max_abs(e.q0.head(n_bodies)) + e.h * max_abs(e.v.topRows(n_bodies)),
-               v_size = max_abs(e.v0.head(n_bodies)) + e.h * acceleration_size_;
+  // Weights of explicit tableaus are large, of either sign.
+  const double h = tableau_.holds_accelerations ? e.h * tableau_.A.cwiseAbs().rowwise().sum().maxCoeff() : e.h;
+  const double q_size = max_abs(e.q0.head(n_bodies)) + h * max_abs(e.v.topRows(n_bodies)),
+               v_size = max_abs(e.v0.head(n_bodies)) + h * acceleration_size_;
   const Matrix of_stages = (e.q - e.h * e.v * tableau_.A.transpose()).colwise() - e.q0;
   report(FesdCondition::stage_position, max_abs(of_stages.topRows(n_bodies)), q_size, -1);
   const auto n_added = e.q0.size() - n_bodies;
@@ -480,7 +523,7 @@ void FesdAudit::add_stages(const View& at) {
          max_abs((e.v - e.h * at.accelerations * tableau_.A.transpose()).colwise() - e.v0), v_size, -1);
   // Newton's method knows accelerations by what they make of velocities in the element.
   report(FesdCondition::stage_acceleration, e.h * max_abs(e.a - at.accelerations), v_size, -1);
-  const Vector of_end = e.q1 - e.q0 - e.h * e.v * tableau_.b;
+  const Vector of_end = end_position_residual(e);
   report(FesdCondition::end_position, max_abs(of_end.head(n_bodies)), q_size, -1);
   report(FesdCondition::end_position, max_abs(of_end.tail(n_added)), max_abs(e.q0.tail(n_added)) + e.h, -1);
   report(FesdCondition::end_velocity, max_abs(end_velocity_residual(e, at.accelerations)), v_size, -1);
@@ -492,7 +535,7 @@ void FesdAudit::add_impulses(const View& at) {
   const Element& e = at.e;
   const Matrix impulse = problem_.force_directions(at.J_n * at.Lambda_n + at.J_t * at.step.Lambda_t.col(at.n));
   Vector left = at.M * (e.v0 - at.v_minus) - impulse;
-  if (!at.obeys_newton) left -= of_normals(at, left);
+  if (!at.obeys_newton) left -= of_captures(at, left);
   report(FesdCondition::impulse_balance, max_abs(left), at.momentum, -1);
   const auto law = problem_.info().impact_law.hypothesis;
   const bool may_gain = law == ImpactHypothesis::poisson || law == ImpactHypothesis::routh;
@@ -515,16 +558,12 @@ void FesdAudit::add_impulses(const View& at) {
   }
 }
 
-/// The part of a momentum along normals of the contacts that are closed in the element. A group of contacts that comes to
-/// rest (contact_laws/group_capture.h) has had infinitely many impacts, whose impulses are not recorded.
-Vector FesdAudit::of_normals(const View& at, const Vector& momentum) const {
-  std::vector<int> closed;
-  for (const int i : problem_.info().unilateral) {
-    if (is_closed(at.e.modes[static_cast<std::size_t>(i)])) closed.push_back(i);
-  }
-  if (closed.empty()) return Vector::Zero(momentum.size());
-  const Matrix N = at.J_n(Eigen::all, closed);
-  return N * least_squares(N, momentum);
+/// The part of a momentum along forces of the contacts that are closed in the element. Where bounces are captured, alone
+/// or as a group that comes to rest (contact_laws/group_capture.h), infinitely many impacts have impulses that are not
+/// recorded.
+Vector FesdAudit::of_captures(const View& at, const Vector& momentum) const {
+  const Matrix F = held_and_normals(at.e, at.e.q0);
+  return F.isZero(0) ? Vector::Zero(momentum.size()) : Vector(F * least_squares(F, momentum));
 }
 
 /// Size that an impulse of a contact is compared with.
@@ -535,7 +574,7 @@ double FesdAudit::impulse_size(const View& at, int i) {
 /// Signs and complementarity of gap and force in the element.
 void FesdAudit::add_gaps_and_forces(const View& at, int i) {
   const Element& e = at.e;
-  const int n_s = tableau_.n_s;
+  const int n_s = n_points_;
   const double L = gap_size_[i], force = force_size_[i], left_gap = at.left_gaps[i], right_gap = at.right_gaps[i];
   const bool breaks = at.left && is_closed(at.left->modes[i]) && e.modes[i] == ContactMode::open && at.Lambda_n[i] == 0;
   const double allowed = breaks ? gap_tolerance_ : 0;
@@ -576,7 +615,7 @@ double FesdAudit::indicator(const View& at, int i) const {
   const Element& left = *at.left;
   const double L = gap_size_[i], force = force_size_[i], gap = at.left_gaps[i];
   double sigma_f_left = problem_.gap(left.q0)[i];
-  for (int j = 0; j < tableau_.n_s; ++j) sigma_f_left += problem_.gap(Vector(left.q.col(j)))[i];
+  for (int j = 0; j < n_points_; ++j) sigma_f_left += problem_.gap(Vector(left.q.col(j)))[i];
   const double sigma_f = gap + at.gaps.row(i).sum();
   const auto part = [&](double x) { return std::clamp(ratio(x, L), -1.0, 1.0); };
   const double pi_f = std::max(0.0, part(gap)) * part(sigma_f_left) * part(sigma_f);

@@ -16,6 +16,9 @@ namespace ricochet {
 /// m |v|; slip velocities to |J_t|' (|v| + H |M^-1 f_v|) + H G_t mu lambda_n; products to the product of both sizes.
 /// Indicators in eta_n are normalised in the same way. The size of squared cones is the square of the force. Forces of
 /// bilateral constraints count as load of the other contacts.
+///
+/// Where the tableau holds accelerations (explicit_run.h), stages fulfil the Runge-Kutta equations alone: signs, cones and
+/// complementarity are those of the right end, in the place of all stages.
 class FesdAudit {
  public:
   /// Properties that a solver claims of its steps.
@@ -49,7 +52,8 @@ class FesdAudit {
   };
 
   void set_sizes(const FesdStep& step);
-  View view(const FesdStep& step, int n, const Element* left);
+  View view(const FesdStep& step, int n, const Element& element, const Element* left);
+  const Element& at_right_end(const Element& element);
   void add_stages(const View& at);
   void add_impulses(const View& at);
   void add_gaps_and_forces(const View& at, int i);
@@ -63,9 +67,12 @@ class FesdAudit {
   bool is_pinned(const View& at) const {
     return at.n > 0 && pinned_ && tableau_.right_end.size() > 0 && !at.forces_jump;
   }
-  Vector of_normals(const View& at, const Vector& momentum) const;
+  Vector of_captures(const View& at, const Vector& momentum) const;
   static double impulse_size(const View& at, int i);
   void report(FesdCondition condition, double residual, double size, int contact);
+  Matrix held_directions(const Element& e, const Vector& q) const;
+  Matrix held_and_normals(const Element& e, const Vector& q) const;
+  Vector end_position_residual(const Element& e) const;
   Vector end_velocity_residual(const Element& e, const Matrix& accelerations) const;
   TangentialLaw law_of(const Element& e, int contact) const;
   static bool forces_jump(const Element& left, const Element& right);
@@ -90,7 +97,9 @@ class FesdAudit {
 
   const Problem& problem_;
   const ButcherTableau tableau_;
-  const bool stiffly_accurate_, pinned_;
+  const bool stiffly_accurate_;
+  const int n_points_;  // at which signs hold: stages, or the right end alone
+  const bool pinned_;
   const double gap_tolerance_;
   const FrictionCone cone_;
   const FrictionPolygon polygon_;
@@ -101,6 +110,7 @@ class FesdAudit {
   Vector force_size_;             // in the step
   double acceleration_size_ = 0;  // of the terms of M^-1 (f_v + J_n lambda), in the step so far
   double t_ = 0;
+  Element right_end_;
 };
 
 }  // namespace ricochet

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "methods/fesd/element_run.h"
+#include "methods/fesd/explicit_run.h"
+
 namespace ricochet {
 namespace {
 
@@ -13,6 +16,9 @@ constexpr int kMaxPredictions = 100;
 // The search for the earliest switching time: samples from which on it bisects, to a relative 1e-12.
 constexpr int kSwitchSamples = 16;
 constexpr int kBisections = 40;
+
+// Of the end time: an explicit step may be as long as the run, whatever its rounding.
+constexpr double kLongestScaled = 0.1;
 
 using Alternatives = std::vector<ElementStart::Alternative>;
 
@@ -82,21 +88,26 @@ PivotingSolver::PivotingSolver(const Problem& problem, const ButcherTableau& tab
       tableau_(tableau),
       options_(options),
       counters_(counters),
+      closing_stops_(tableau.is_stiffly_accurate() || tableau.holds_accelerations),
       capacity_(options.as_needed ? std::max(options.n_fe, options.max_elements) : options.n_fe),
       scales_(problem),
       buffers_(problem, tableau.n_s, options.n_fe),
       start_solver_(problem, tableau_, FrictionPolygon(options.facets), scales_, counters),
-      runs_(problem, tableau_,
-            {.tolerance = options.tolerance,
-             .polygon = FrictionPolygon(options.facets),
-             .gap_tolerance = options.gap_tolerance,
-             .between_stages = options.between_stages},
-            scales_, start_solver_, buffers_, counters),
-      budget_(kMaxPredictions * options.n_fe) {}
+      budget_(kMaxPredictions * options.n_fe) {
+  if (options.pair) {
+    runs_ = std::make_unique<ExplicitRunSolver>(problem, *options.pair, scales_, buffers_, counters);
+    return;
+  }
+  const ElementRunSolver::Options of_runs{.tolerance = options.tolerance,
+                                          .polygon = FrictionPolygon(options.facets),
+                                          .gap_tolerance = options.gap_tolerance,
+                                          .between_stages = options.between_stages};
+  runs_ = std::make_unique<ElementRunSolver>(problem, tableau_, of_runs, scales_, start_solver_, buffers_, counters);
+}
 
 void PivotingSolver::start(const Vector& q, const Vector& v) {
   scales_.restart();
-  runs_.restart();
+  runs_->restart();
   start_solver_.restart(captures_);
   buffers_.restart(q, v);
 }
@@ -104,9 +115,10 @@ void PivotingSolver::start(const Vector& q, const Vector& v) {
 void PivotingSolver::begin_step(double H) {
   if (step().n_elements > 0) start_solver_.accept();
   buffers_.begin_step(H, options_.n_fe);
-  runs_.begin_step();
+  runs_->begin_step();
   const FesdStep& step = buffers_.step();
-  scales_.begin_step(step.elements[0].q0.data(), &step.v_minus(0, 0), H, !buffers_.previous());
+  const double length = options_.pair ? std::min(H, kLongestScaled * problem_.info().end_time) : H;
+  scales_.begin_step(step.elements[0].q0.data(), &step.v_minus(0, 0), length, !buffers_.previous());
   budget_ = SearchBudget(kMaxPredictions * options_.n_fe);
   longest_ = 0;
   if (failures_.first) failures_ = {};
@@ -122,8 +134,9 @@ Status PivotingSolver::finish_step(bool is_solved) {
   using Kind = StepFailure::Kind;
   const Kind kind = failure().kind;
   if (kind == Kind::accumulates || kind == Kind::impacts_accumulate) return Status::step_limit;
-  return kind == Kind::newton_failed || !failure().depends_on_length() ? Status::inner_solver_failed
-                                                                       : Status::infeasible;
+  return kind == Kind::newton_failed || kind == Kind::no_motion || !failure().depends_on_length()
+             ? Status::inner_solver_failed
+             : Status::infeasible;
 }
 
 Status PivotingSolver::advance(double H) {
@@ -147,8 +160,8 @@ Status PivotingSolver::advance(double H) {
 int PivotingSolver::skip_steps(double H, int n) {
   FesdStep& step = buffers_.step();
   if (n <= 0 || step.n_elements == 0 || step.ends[step.n_elements - 1].contact >= 0) return 0;
-  const std::int64_t elements = runs_.skip_elements(step.elements[step.n_elements - 1], H / options_.n_fe,
-                                                    std::int64_t{n} * options_.n_fe, options_.n_fe);
+  const std::int64_t elements = runs_->skip_elements(step.elements[step.n_elements - 1], H / options_.n_fe,
+                                                     std::int64_t{n} * options_.n_fe, options_.n_fe);
   const auto steps = static_cast<int>(elements / options_.n_fe);
   counters_.elements += elements;
   counters_.inner_iterations += elements;
@@ -195,19 +208,26 @@ std::optional<PivotingSolver::ClosedBounces> PivotingSolver::solve_one_element(
     if (!propose_modes(0, set)) continue;
     const ClosedBounces closed{.throughout = (slow != 0 && trial == 0) || is_unresolved,
                                .speed = fastest_closed(alternatives, set)};
-    const StepFailure failure = runs_.equal_elements(0, 1, H);
+    const StepFailure failure = runs_->equal_elements(0, 1, H);
     step.n_elements = 1;
-    if (!failure) return closed;
+    if (!failure) {
+      step.H = step.elements[0].h;
+      return closed;
+    }
     failures_.note(failure);
     if (closed.throughout || !failure.announces_switch()) continue;
     if (!is_accurate(step.elements[0])) return closed;
-    if (!runs_.run_to_switch(0, 1, failure.violation, H, budget_)) continue;
+    if (options_.pair && is_flight_of_rounding(failure.violation)) {
+      is_unresolved = true;
+      continue;
+    }
+    if (!runs_->run_to_switch(0, 1, failure.violation, H, budget_)) continue;
     is_unresolved = first_unresolved_flight(0, 1) >= 0;
     if (!is_unresolved) {
       step.H = step.elements[0].h;
       return closed;
     }
-    if (tableau_.is_stiffly_accurate()) continue;
+    if (closing_stops_) continue;
     // Closing would not stop the bounces.
     const StepFailure accumulation{
         .kind = StepFailure::Kind::accumulates, .violation = {.contact = step.ends[0].contact}, .h = H, .count = 1};
@@ -215,6 +235,14 @@ std::optional<PivotingSolver::ClosedBounces> PivotingSolver::solve_one_element(
     return std::nullopt;
   }
   return std::nullopt;
+}
+
+/// Whether a contact closes where the element begins, after a bounce: its flight is nowhere above rounding.
+bool PivotingSolver::is_flight_of_rounding(const Violation& violation) const {
+  const auto& alternatives = buffers_.start_of(0).alternatives;
+  return violation.is_past(SwitchKind::gap_closes) && violation.time == 0 &&
+         std::ranges::any_of(alternatives,
+                             [&](const auto& a) { return a.bounced() && a.contact == violation.contact; });
 }
 
 /// The bounces of a set that the load presses when all of them are closed.
@@ -267,7 +295,7 @@ bool PivotingSolver::search(int element, double remaining, int elements_left) {
 /// (b)-(e) with `count` equal elements and a set of alternatives.
 PivotingSolver::Attempt PivotingSolver::try_modes(int element, unsigned trial, int count, double remaining) {
   if (!propose_modes(element, trial)) return {Outcome::refuted};
-  const StepFailure failure = runs_.equal_elements(element, count, remaining / count);
+  const StepFailure failure = runs_->equal_elements(element, count, remaining / count);
   if (!failure) {
     buffers_.step().n_elements = element + count;
     return {Outcome::solved};
@@ -312,9 +340,9 @@ PivotingSolver::Attempt PivotingSolver::split_at_switch(int element, int count, 
 /// (d), (e) with m elements before the switch.
 PivotingSolver::Attempt PivotingSolver::run_and_continue(int element, int m, int count, const Violation& violation,
                                                          double remaining) {
-  if (!runs_.run_to_switch(element, m, violation, remaining, budget_)) return {Outcome::refuted};
+  if (!runs_->run_to_switch(element, m, violation, remaining, budget_)) return {Outcome::refuted};
   // Closing stops a bounce that cannot be seen.
-  int flight = tableau_.is_stiffly_accurate() ? first_unresolved_flight(element, m) : -1;
+  int flight = closing_stops_ ? first_unresolved_flight(element, m) : -1;
   if (flight < 0 && options_.as_needed) flight = offer_to_stay(element, m);
   if (flight >= 0) return {Outcome::flight_unresolved, flight};
   return {continue_after(element, m, remaining, count) ? Outcome::solved : Outcome::reached_the_switch};
@@ -324,13 +352,13 @@ PivotingSolver::Attempt PivotingSolver::run_and_continue(int element, int m, int
 /// or the earliest.
 bool PivotingSolver::split_unpinned(int element, int m, int count, const Violation& violation, double remaining) {
   const auto is_feasible = [&](double h) {
-    return runs_.run_to_time(element, m, h, violation.passed, violation.contact, budget_) &&
+    return runs_->run_to_time(element, m, h, violation.passed, violation.contact, budget_) &&
            continue_after(element, m, remaining, count);
   };
   const double longest = remaining / m;
   double feasible = 0, infeasible = 0;
   if (options_.switches == Switches::published_earliest &&
-      runs_.run_to_switch(element, m, violation, remaining, budget_) && continue_after(element, m, remaining, count)) {
+      runs_->run_to_switch(element, m, violation, remaining, budget_) && continue_after(element, m, remaining, count)) {
     feasible = step().elements[element].h;  // the pinned one
   }
   for (int part = kSwitchSamples - 1; part > 0 && feasible == 0; --part) {

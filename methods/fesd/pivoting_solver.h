@@ -1,15 +1,17 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <string>
 
 #include "methods/contact_laws/capture_height.h"
-#include "methods/fesd/element_run.h"
 #include "methods/fesd/element_start.h"
+#include "methods/fesd/run_solver.h"
 #include "methods/fesd/search_budget.h"
 #include "methods/fesd/step_buffers.h"
 #include "methods/fesd/step_failure.h"
+#include "methods/runge_kutta/embedded_tableau.h"
 
 namespace ricochet {
 
@@ -52,6 +54,9 @@ class PivotingSolver {
     double gap_tolerance = 0;     ///< [m] by which a gap may be negative in the element after a pinned break
     bool between_stages = false;  ///< sign conditions have to hold between the stages, too
     double tolerance = 1e-13;
+    /// Elements are explicit steps of this pair (explicit_run.h), which must outlive the solver. Requires
+    /// advance_to_switch(). Null: elements of the tableau.
+    const EmbeddedTableau* pair = nullptr;
   };
 
   PivotingSolver(const Problem& problem, const ButcherTableau& tableau, const Options& options, Counters& counters);
@@ -59,14 +64,16 @@ class PivotingSolver {
   PivotingSolver& operator=(const PivotingSolver&) = delete;
 
   /// Tolerance of Newton's method from now on, in place of Options::tolerance.
-  void set_tolerance(double tolerance) { runs_.set_tolerance(tolerance); }
+  void set_tolerance(double tolerance) { runs_->set_tolerance(tolerance); }
   /// Tolerance of the motion, for Options::between_stages. From the next start() on, groups of contacts come to rest
   /// (group_capture.h). @throws InputError as CaptureHeight::set()
   void set_motion_tolerance(double tolerance, const CaptureHeight& capture_height) {
-    runs_.set_motion_tolerance(tolerance);
+    runs_->set_motion_tolerance(tolerance);
     capture_height.set(problem_, tolerance, scales_);
     captures_ = true;
   }
+  /// RunSolver::keep_stages() from the next start() on.
+  void keep_stages(bool keeps) { runs_->keep_stages(keeps); }
   /// Starts a run at (q, v), v before an impact at this instant. It does not depend on the runs before it.
   void start(const Vector& q, const Vector& v);
 
@@ -105,8 +112,10 @@ class PivotingSolver {
   /// After a step of one element that failed: lets the contact of its sign condition open and sink, if it may.
   bool let_go() { return failure().announces_switch() && start_solver_.let_go(failure().violation.contact); }
 
-  /// ElementLoads::shortest() of the last step.
-  double shortest_load() const { return runs_.shortest_load(); }
+  /// RunSolver::shortest_load() of the last step.
+  double shortest_load() const { return runs_->shortest_load(); }
+  /// RunSolver::trial() of the last step that was tried.
+  std::optional<RunSolver::Trial> trial() const { return runs_->trial(); }
 
   const FesdStep& step() const { return buffers_.step(); }
   const FesdStep* previous_step() const { return buffers_.previous(); }  ///< null in the first
@@ -137,6 +146,7 @@ class PivotingSolver {
   Status finish_step(bool is_solved);
   std::optional<ClosedBounces> solve_one_element(double H, double rest_speed,
                                                  const std::function<bool(const Element&)>& is_accurate);
+  bool is_flight_of_rounding(const Violation& violation) const;
   unsigned pressed_together(unsigned set);
   int elements_for(int element, double remaining, int elements_left) const;
   LeftEnd left_end(int element);
@@ -155,11 +165,12 @@ class PivotingSolver {
   const ButcherTableau tableau_;
   const Options options_;
   Counters& counters_;
-  const int capacity_;  // elements of a step at most
+  const bool closing_stops_;  // a bounce that is closed ends
+  const int capacity_;        // elements of a step at most
   ContactScales scales_;
   StepBuffers buffers_;
   ElementStartSolver start_solver_;
-  ElementRunSolver runs_;
+  std::unique_ptr<RunSolver> runs_;
   SearchBudget budget_;
   double longest_ = 0;           // element length that sets the number of elements; 0 when that number is fixed
   bool has_equal_runs_ = false;  // Options::equal_runs, in this search

@@ -17,7 +17,8 @@ struct Violation {
   enum class Kind : std::uint8_t {
     none,
     past_switch,
-    drift,  ///< a closed contact has a gap or creeps at a right end that is no stage
+    drift,    ///< a closed contact has a gap or creeps at a right end that is no stage
+    inexact,  ///< the polynomial of an explicit element does not tell whether a contact closes
   };
   Kind kind = Kind::none;
   SwitchKind passed = SwitchKind::gap_closes;  ///< of Kind::past_switch

@@ -5,6 +5,7 @@
 
 #include "methods/contact_laws/impact_laws/stated_impact.h"
 #include "methods/fesd/nonunique_motion.h"
+#include "methods/modes/mode_dynamics.h"
 
 namespace ricochet {
 namespace {
@@ -15,6 +16,8 @@ std::string describe(const Violation& violation, const std::string& contact, con
   if (violation.kind == Violation::Kind::past_switch)
     return fmt::format(fmt::runtime(properties(violation.passed).refusal), contact, violation.value, -violation.value,
                        where);
+  if (violation.kind == Violation::Kind::inexact)
+    return fmt::format("{} closes, or nearly closes, too flatly to be located {}", contact, where);
   return fmt::format(
       "{} stays closed, but tableau {} has no stage at the right end and drifts to a gap or slip velocity of {:.3g} "
       "there {}: a curved persistent contact needs a stiffly accurate tableau",
@@ -41,6 +44,7 @@ FailureCode code_of(StepFailure::Kind kind) {
     case StepFailure::Kind::none:
     case StepFailure::Kind::sign_condition:
     case StepFailure::Kind::newton_failed:
+    case StepFailure::Kind::no_motion:
     case StepFailure::Kind::undetermined:
     case StepFailure::Kind::no_right_stage:
       break;
@@ -69,6 +73,8 @@ std::string describe(const StepFailure& failure, const ProblemInfo& problem, con
       return describe(failure.violation, contact, where, tableau);
     case StepFailure::Kind::newton_failed:
       return fmt::format("Newton's method on the stage equations did not converge {}", where);
+    case StepFailure::Kind::no_motion:
+      return fmt::format("{} {}", ModeDynamics::kUndetermined, where);
     case StepFailure::Kind::undetermined:
       return fmt::format("{} stays closed, but the matrix A of tableau {} is singular and does not determine its force",
                          contact, tableau);

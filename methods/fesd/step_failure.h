@@ -13,6 +13,7 @@ struct StepFailure {
     none,
     sign_condition,      ///< the stage equations have a solution that breaks the inequality `violation`
     newton_failed,       ///< the stage equations were not solved
+    no_motion,           ///< of stages in sequence: the forces of the closed contacts do not determine the motion
     undetermined,        ///< the tableau has a singular A, which does not determine forces of closed contacts
     no_right_stage,      ///< slip in space comes to rest, and the tableau has no stage at the right end
     accumulates,         ///< a contact bounces lower than the error of its gap, and closing it would not stop it

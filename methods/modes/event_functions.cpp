@@ -122,7 +122,7 @@ EventFunctions::Rest EventFunctions::rest(int contact, const Vector& q, const Ve
   }
   const double w = std::hypot(w_t[0], w_t[1]);
   const double distance = std::abs(v_t[0] * w_t[1] - v_t[1] * w_t[0]) / w;
-  return {std::hypot(v_t[0], v_t[1]), -(v_t[0] * w_t[0] + v_t[1] * w_t[1]) / (w * w), distance, distance / w};
+  return {std::hypot(v_t[0], v_t[1]), -(v_t[0] * w_t[0] + v_t[1] * w_t[1]) / (w * w), distance, distance / w, w};
 }
 
 int EventFunctions::slowest_slip(const Vector& v) const {
@@ -302,19 +302,15 @@ double EventFunctions::at(const Function& f, double theta, const StepEnds& ends)
 }
 
 double EventFunctions::value(const DetectedEvent& event, const double* q, const double* v) {
-  switch (event.kind) {
-    case SwitchKind::gap_closes:
-      problem_.gap_of({&event.contact, 1}, q, gap_.data());
-      break;
-    case SwitchKind::force_vanishes:
-    case SwitchKind::cone_reached:
-      dynamics_.accelerate(q, v, a_.data());
-      break;
-    case SwitchKind::slip_stops:
-    case SwitchKind::slip_turns:
-    case SwitchKind::edge_left:
-      if (curved_tangents_) problem_.tangent_jacobian_of(dynamics_.closed(), q, packed_t_.data());
-  }
+  if (is_of_forces(event.kind)) dynamics_.accelerate(q, v, a_.data());
+  return value_with_forces(event, q, v);
+}
+
+double EventFunctions::value_with_forces(const DetectedEvent& event, const double* q, const double* v) {
+  if (event.kind == SwitchKind::gap_closes)
+    problem_.gap_of({&event.contact, 1}, q, gap_.data());
+  else if (!is_of_forces(event.kind) && curved_tangents_)
+    problem_.tangent_jacobian_of(dynamics_.closed(), q, packed_t_.data());
   return function({event.kind, event.contact}, v) + event.level;
 }
 
@@ -361,7 +357,7 @@ void EventFunctions::find_closing(const Function& f, const StepEnds& ends, Detec
   GapSearch::Allowance allowed{.gap = std::max(rounding_f, -2 * f.left), .rounding = rounding_f};
   if (f.from_zero) {
     allowed.until = kBegin;
-    // (2) of step_ends.h; and a collocation polynomial is an integral of s times factors below one.
+    // (2) of quintic.h; and a collocation polynomial is an integral of s times factors below one.
     const double error = gaps_.begin_error(f.contact);
     if (ends.collocation)
       allowed.square = 0.5 * (degree_ + 1) * error;
@@ -413,7 +409,7 @@ int EventFunctions::sunk(const double* q) {
   return -1;
 }
 
-/// The cheap test: the gap of an affine contact is (1) of step_ends.h, too.
+/// The cheap test: the gap of an affine contact is (1) of quintic.h, too.
 bool EventFunctions::stays_open(const Function& f, const StepEnds& ends) const {
   if (!info_.contacts[f.contact].is_affine || ends.collocation) return false;
   const double h = ends.h;
@@ -456,6 +452,13 @@ void EventFunctions::find_closings(const StepEnds& ends, DetectedEvent& first) {
     }
     if (first || n == 0) return;
   }
+}
+
+bool EventFunctions::another_has_fallen(const DetectedEvent& event, const StepEnds& ends) {
+  evaluate(ends.q1.data(), ends.v1.data());
+  return std::ranges::any_of(functions_, [&](const Function& f) {
+    return !event.is(f.kind, f.contact) && f.right < std::min(0.0, f.left) - rounding(f);
+  });
 }
 
 DetectedEvent EventFunctions::find(const StepEnds& ends, const std::vector<int>& beginning) {
@@ -513,7 +516,7 @@ double EventFunctions::hidden_slack(const Function& f) const {
   return std::max(rounding(f), tolerance_ * size);
 }
 
-/// Error of a slip velocity within a step, from the estimate (2) of step_ends.h for positions: the slope of that
+/// Error of a slip velocity within a step, from the estimate (2) of quintic.h for positions: the slope of that
 /// remainder is at most 3.5 times its largest value.
 double EventFunctions::slip_error(int contact, double h) const {
   const auto& info = info_.contacts[contact];

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "methods/contact_laws/contact_scales.h"
@@ -70,6 +71,11 @@ class EventFunctions {
   /// Lets the gap of an open contact fall to -capture_height() before it is a closing, until it is above zero again: an
   /// event at zero would change nothing.
   void let_sink(int contact) { sinks_[contact] = 1; }
+  /// The same of all contacts. @param sinks  n_c; empty: none
+  void set_sinking(std::span<const char> sinks) {
+    std::ranges::fill(sinks_, 0);
+    std::ranges::copy(sinks, sinks_.begin());
+  }
   /// An open contact whose gap at q is below -4 capture_height(); -1: none. Only those that may sink get there.
   int sunk(const double* q);
 
@@ -81,6 +87,8 @@ class EventFunctions {
   /// The first zero in the step; the dynamics has the forces of the right end. @param beginning  contacts whose slip begins
   /// with the step: its end is not looked for
   DetectedEvent find(const StepEnds& ends, const std::vector<int>& beginning = {});
+  /// Whether another function than that of the event is negative at the right end; the dynamics has the forces there.
+  bool another_has_fallen(const DetectedEvent& event, const StepEnds& ends);
   /// Whether the interpolation of the step of the last find() is exact enough to exclude that a gap closes.
   bool is_exact() const { return !inexact_; }
   /// The function that may vanish there.
@@ -92,6 +100,8 @@ class EventFunctions {
 
   /// The function whose zero is the event, at (q, v), with forces evaluated there.
   double value(const DetectedEvent& event, const double* q, const double* v);
+  /// The same with the forces that the dynamics has.
+  double value_with_forces(const DetectedEvent& event, const double* q, const double* v);
 
   /// Its derivative by time there, negative. For a gap it is that at (q, v): that of find() is inaccurate at grazing contacts.
   double slope(const DetectedEvent& event, const double* q, const double* v);
@@ -104,6 +114,7 @@ class EventFunctions {
     double duration = 0;      ///< until it is nearest [s]; negative: in the past
     double distance = 0;      ///< from zero there [m/s]
     double turning_time = 0;  ///< distance over acceleration [s]: error bound of the duration
+    double rate = 0;          ///< acceleration [m/s^2]
   };
   Rest rest(int contact, const Vector& q, const Vector& v, const Vector& a);
   /// The contacts in space that slip no faster than their v_stop at first, and this one.

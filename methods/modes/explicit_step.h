@@ -76,6 +76,15 @@ class ExplicitPairStep final : public StepScheme {
     return ends.h / tolerance * std::sqrt(total / (2 * size()));
   }
 
+  void copy_stages(Matrix& v, Matrix& a) const override {
+    for (int i = 0; i < Pair::n_s; ++i) {
+      for (int k = 0; k < size(); ++k) {
+        v(k, i) = v_[i][k];
+        a(k, i) = a_[i][k];
+      }
+    }
+  }
+
  private:
   static constexpr auto every_stage() { return std::make_index_sequence<Pair::n_s>(); }
   using Stage = std::conditional_t<N == 0, Vector, std::array<double, N == 0 ? 1 : N>>;

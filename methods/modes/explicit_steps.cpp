@@ -52,6 +52,11 @@ class ExplicitTableauStep final : public StepScheme {
     return ends.h / tolerance * std::sqrt(squares(tableau_.e) / static_cast<double>(2 * ends.q0.size()));
   }
 
+  void copy_stages(Matrix& v, Matrix& a) const override {
+    v = v_;
+    a = a_;
+  }
+
  private:
   double squares(const Vector& weights) const {
     double total = 0;

@@ -34,8 +34,9 @@ ModeDynamics::ModeDynamics(const Problem& problem, Counters& counters)
       mass_(problem.n_q(), problem.info().structure.diagonal_mass) {
   const int n_q = info_.n_q, most = info_.n_c() + info_.n_lambda_t;
   M_.setZero(n_q, n_q);
-  for (auto* x : {&f_, &row_, &q_, &v_}) x->setZero(n_q);
-  for (auto* x : {&lambda_, &rates_, &diagonal_, &law_}) x->setZero(most);
+  for (auto* x : {&f_, &row_, &q_, &v_, &zero_}) x->setZero(n_q);
+  for (auto* x : {&lambda_, &rates_, &diagonal_, &law_, &kept_law_}) x->setZero(most);
+  gap_.setZero(info_.n_c());
   C_.setZero(n_q, 0);
   MC_ = C_;
   if (constant_mass_) factorize_mass(info_.q0.data());
@@ -277,36 +278,56 @@ double ModeDynamics::cone_margin(int contact) const {
   return info_.contacts[contact].mu * normal_force(contact) - size;
 }
 
-bool ModeDynamics::project(double* q, double* v) {
-  const Eigen::Index n = rows_.size();
-  if (n == 0) return true;
+/// C and what solves with M, at a point.
+bool ModeDynamics::set_point(const double* q, const double* v) {
   if (!constant_mass_ && !factorize_mass(q)) return false;
-  Vector gap(info_.n_c());
-  problem_.gap(q, gap.data());
   set_columns(q, v);
-  const Vector zero = Vector::Zero(info_.n_q), forces = law_;
-  law_.setZero();
-  const auto correct = [&](double* x) {
-    solve_rows(zero.data(), Consistency::as_near_as_possible);  // what rounding has left contradicts itself
-    for (Eigen::Index r = 0; r < MC_.cols(); ++r) {
-      for (Eigen::Index k = 0; k < MC_.rows(); ++k) x[k] += MC_(k, r) * lambda_[r];
-    }
-  };
-  for (Eigen::Index r = 0; r < n; ++r) rates_[r] = rows_.dot(rows_[r], v);
-  correct(v);
-  // Columns of R in place of those of C.
-  for (Eigen::Index r = 0; r < n; ++r) {
+  return true;
+}
+
+/// x <- x - M^-1 C D^-1 rates
+void ModeDynamics::remove_rates(double* x) {
+  solve_rows(zero_.data(), Consistency::as_near_as_possible);  // what rounding has left contradicts itself
+  for (Eigen::Index r = 0; r < MC_.cols(); ++r) {
+    for (Eigen::Index k = 0; k < MC_.rows(); ++k) x[k] += MC_(k, r) * lambda_[r];
+  }
+}
+
+void ModeDynamics::correct_velocities(double* v) {
+  for (Eigen::Index r = 0; r < rows_.size(); ++r) rates_[r] = rows_.dot(rows_[r], v);
+  remove_rates(v);
+}
+
+/// With columns of R in place of those of C. @param gap  of the closed contacts
+void ModeDynamics::correct_positions(const Vector& gap, double* q) {
+  for (Eigen::Index r = 0; r < rows_.size(); ++r) {
     const ModeRows::Row& row = rows_[r];
     if (row.tangent >= 0 || !is_slipping(modes()[row.contact])) continue;
     MC_.col(r).setZero();
     rows_.add(row, MC_.col(r).data());
     mass_.solve(MC_.col(r).data());
   }
-  for (Eigen::Index r = 0; r < n; ++r) rates_[r] = rows_[r].tangent < 0 ? gap[rows_[r].contact] : 0;
-  correct(q);
-  law_ = forces;
+  for (Eigen::Index r = 0; r < rows_.size(); ++r) rates_[r] = rows_[r].tangent < 0 ? gap[rows_[r].contact] : 0;
+  remove_rates(q);
+}
+
+bool ModeDynamics::project(double* q, double* v, Order order) {
+  if (rows_.empty()) return true;
+  kept_law_.swap(law_);
+  law_.setZero();
+  problem_.gap_of(rows_.closed(), q, gap_.data());
+  bool is_done = set_point(q, v);
+  if (is_done && order == Order::velocity_first) {
+    correct_velocities(v);
+    correct_positions(gap_, q);
+  } else if (is_done) {
+    correct_positions(gap_, q);
+    is_done = set_point(q, v);
+    if (is_done) correct_velocities(v);
+  }
+  law_.swap(kept_law_);
   if (kind_ == Kind::factors) set_columns(q, v);  // (4) is evaluated with those of C
-  return std::isfinite(std::accumulate(v, v + info_.n_q, std::accumulate(q, q + info_.n_q, 0.0)));
+  return is_done && std::isfinite(std::accumulate(v, v + info_.n_q, std::accumulate(q, q + info_.n_q, 0.0)));
 }
 
 }  // namespace ricochet

@@ -95,10 +95,15 @@ class ModeDynamics {
   /// mu lambda_n - ||lambda_t|| of a contact that sticks [N].
   double cone_margin(int contact) const;
 
+  /// Of project().
+  enum class Order : std::uint8_t {
+    velocity_first,  ///< v at the positions before
+    position_first   ///< v at the new positions, which curved contacts distinguish
+  };
   /// Moves q to where the closed gaps vanish, least in the metric of M, and v to where the rates of (2) do, by impulses
   /// along the forces C of the closed contacts: a bounce that is closed loses the friction impulse of the rebound, too.
   /// @return false when that fails
-  bool project(double* q, double* v);
+  bool project(double* q, double* v, Order order = Order::velocity_first);
 
  private:
   // Largest residual of (2) in redundant rows, relative to its terms.
@@ -123,6 +128,10 @@ class ModeDynamics {
   bool accelerate_by_factors(double* a);
   void set_maps(const double* q, const double* v);
   void set_delassus_row(Eigen::Index r);
+  bool set_point(const double* q, const double* v);
+  void remove_rates(double* x);
+  void correct_velocities(double* v);
+  void correct_positions(const Vector& gap, double* q);
   template <class Columns>
   bool eliminate(Columns& X);
   enum class Consistency : std::uint8_t { required, as_near_as_possible };
@@ -153,7 +162,7 @@ class ModeDynamics {
   double left_by_inverse_ = 0;  // part of the residual
   Matrix C_, MC_;               // n_q x rows
   Vector f_, lambda_, rates_, law_;
-  Vector diagonal_, row_, q_, v_;  // scratch
+  Vector diagonal_, row_, q_, v_, zero_, kept_law_, gap_;  // scratch
 };
 
 }  // namespace ricochet

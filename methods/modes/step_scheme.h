@@ -20,6 +20,8 @@ class StepScheme {
   virtual bool finish() = 0;
   /// Error estimate of the last step: root mean square of its components relative to `tolerance` (1 + |x|).
   virtual double error(double tolerance) const = 0;
+  /// Velocities and accelerations at the stages of the last step, n_q x stages. Of explicit steps.
+  virtual void copy_stages(Matrix& /*v*/, Matrix& /*a*/) const {}
 
   StepEnds ends;
   int order = 0;           ///< of the step

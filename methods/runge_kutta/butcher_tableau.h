@@ -29,6 +29,10 @@ struct ButcherTableau {
   /// A by its eigenvalues (diagonal_tableau.h); null if they were not requested, or if A is not diagonalisable.
   std::shared_ptr<const DiagonalTableau> diagonal;
 
+  /// Of an embedded pair: closed contacts hold by their accelerations at the stages (methods/modes), and an element is
+  /// known by its two ends. Else they hold by gaps and slip velocities of the stages.
+  bool holds_accelerations = false;
+
   /// The last stage is the output: a_{n_s,k} = b_k. Then c_{n_s} = 1.
   bool is_stiffly_accurate() const;
 };

@@ -52,6 +52,18 @@ const Makers& makers() {
 
 }  // namespace
 
+ButcherTableau butcher_tableau(const EmbeddedTableau& pair) {
+  return {.name = pair.id,
+          .n_s = pair.n_s,
+          .order = pair.order,
+          .A = pair.A,
+          .b = pair.b,
+          .c = pair.c,
+          .right_end = {},
+          .diagonal = nullptr,
+          .holds_accelerations = true};
+}
+
 std::vector<std::string> embedded_tableau_names() {
   return keys_of(makers());
 }

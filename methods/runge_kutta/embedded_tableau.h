@@ -3,6 +3,7 @@
 #include <string>
 #include <vector>
 
+#include "methods/runge_kutta/butcher_tableau.h"
 #include "problems/problem.h"
 
 namespace ricochet {
@@ -43,6 +44,9 @@ struct EmbeddedTableau {
 inline double combined_squares(double first, double second) {
   return first > 0 ? first * first / (first + 0.01 * second) : 0;
 }
+
+/// The tableau of (1) alone.
+ButcherTableau butcher_tableau(const EmbeddedTableau& pair);
 
 /// Pairs whose coefficients are here: "bogacki-shampine-3-2", "bogacki-shampine-5-4", "dop853", "dopri5",
 /// "prince-dormand-8-7", "tsitouras-5-4", "verner-7-6", "verner-9-8".

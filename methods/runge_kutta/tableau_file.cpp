@@ -27,6 +27,11 @@ Vector numbers(const nlohmann::json& values, const std::string& field, int size)
 
 }  // namespace
 
+bool is_pair_file(const std::string& path) {
+  const nlohmann::json json = read_input_json(path, "tableau file");
+  return json.contains("b_hat") || json.contains("e");
+}
+
 TableauFile::TableauFile(const std::string& path, const std::set<std::string>& required,
                          const std::set<std::string>& optional)
     : path_(path) {

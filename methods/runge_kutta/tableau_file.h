@@ -8,6 +8,10 @@
 
 namespace ricochet {
 
+/// Whether a tableau file has the second solution of an embedded pair, "b_hat" or "e".
+/// @throws InputError when the file cannot be opened or is no JSON
+bool is_pair_file(const std::string& path);
+
 /// JSON file of a tableau. Numbers may be exact expressions in quotes, "1/4-sqrt(3)/6". Every accessor throws an
 /// InputError with the file, the field, its value and what is required.
 class TableauFile {
