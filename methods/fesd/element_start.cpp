@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "problems/packed_column.h"
+
 namespace ricochet {
 namespace {
 
@@ -66,6 +68,8 @@ ElementStartSolver::ElementStartSolver(const Problem& problem, const ButcherTabl
   let_go_.reserve(info.contacts.size());
   gap_.setZero(info.n_c());
   v_minus_.setZero(info.n_q);
+  u_ = info.u;
+  J_t_.setZero(info.n_tangent_entries);
   coupled_.reset(info.n_q);
   coupled_.join(info.structure.couplings);
   if (info.has_bilateral()) coupled_.join_all();
@@ -186,6 +190,11 @@ ElementStartSolver::Result ElementStartSolver::begin(const LeftEnd& at) {
   groups_.begin();
   impacts_.find_touching(at.stages().q0, at.before(), start.touching);
   if (has_groups()) gap_ = impacts_.gaps();
+  if (goes_on(at)) {
+    at.step.touches = at.step.touches || !start.touching.empty();
+    at.stages().modes = at.left->modes;
+    return Result::done;
+  }
   if (start.touching.empty() && has_groups()) set_sinking(at);
   if (start.touching.empty() && !info.has_bilateral()) return Result::done;
   at.step.touches = at.step.touches || !start.touching.empty();
@@ -215,6 +224,42 @@ ElementStartSolver::Result ElementStartSolver::begin(const LeftEnd& at) {
   if (!remove_gaps(at)) return Result::no_impulse;
   set_sinking(at);
   return Result::done;
+}
+
+/// |J_t' v| at the left end of an element.
+double ElementStartSolver::slip_speed(int i, const Element& stages) {
+  const auto& contact = problem_.info().contacts[i];
+  problem_.tangent_jacobian_of({&i, 1}, stages.q0.data(), J_t_.data());
+  double v_t[2]{0, 0};
+  const double* column = J_t_.data() + contact.tangent_begin;
+  for (int d = 0; d < contact.n_t; ++d, column += contact.support.size())
+    v_t[d] = packed_dot(contact, column, stages.v0.data());
+  return std::hypot(v_t[0], v_t[1]);
+}
+
+/// Whether nothing has happened at the end of the element before: the control is the same, and the forces of its closed
+/// contacts and their slip are not near their bounds. Then its modes go on without a contact problem.
+bool ElementStartSolver::goes_on(const LeftEnd& at) {
+  const ProblemInfo& info = problem_.info();
+  const bool is_same_control = u_ == info.u;
+  u_ = info.u;
+  const Element* left = at.left;
+  if (!left || !is_same_control || at.start.touching.empty() || at.end.contact >= 0 || !left->has_end_forces ||
+      !left->facets.empty() || info.has_bilateral() || left->h <= kStandstill * info.end_time)
+    return false;
+  if (settles_ || !let_go_.empty() || std::ranges::any_of(sinks_, [](char sinks) { return sinks != 0; })) return false;
+  const bool is_clear = std::ranges::all_of(at.start.touching, [&](int i) {
+    const auto& contact = info.contacts[i];
+    const double force = left->end_lambda_n[i];
+    if (!is_closed(left->modes[i]) || force <= kClear * scales_.force(i)) return false;
+    if (is_slipping(left->modes[i]) && slip_speed(i, at.stages()) <= kClear * scales_.slip(i)) return false;
+    return left->modes[i] != ContactMode::stick ||
+           left->end_lambda_t.segment(contact.tangent_index, contact.n_t).norm() < (1 - kNearCone) * contact.mu * force;
+  });
+  if (!is_clear) return false;
+  sinks_next_ = sinks_;
+  standstills_next_ = 0;
+  return true;
 }
 
 /// Whether the gap that closes at a switch has sunk.

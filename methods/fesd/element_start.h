@@ -144,6 +144,8 @@ class ElementStartSolver {
   void divide_touching(const LeftEnd& at);
   bool has_groups() const { return !sinks_.empty(); }
   unsigned bounces_at_rest(const LeftEnd& at) const;
+  double slip_speed(int i, const Element& stages);
+  bool goes_on(const LeftEnd& at);
   bool has_sunk(const Switch& end) const;
   bool come_to_rest(const LeftEnd& at);
   bool remove_gaps(const LeftEnd& at);
@@ -176,6 +178,8 @@ class ElementStartSolver {
   std::vector<int> let_go_;
   bool settles_ = false;
   Vector v_minus_, gap_;                  // before and at a start
+  Vector u_;                              // control of the last one
+  Vector J_t_;                            // packed
   std::vector<char> sinks_, sinks_next_;  // n_c: open contacts that may sink; empty in runs without a capture height
   std::vector<ContactAfterImpact> after_;
   std::vector<ImpactSolver::ClosedContact> closed_;

@@ -73,6 +73,18 @@ TEST(ExplicitElements, ComeToRest) {
   }
 }
 
+/// A contact in which nothing happens has no contact problem at the start of its elements.
+TEST(ExplicitElements, GoOnWithoutAContactProblem) {
+  const auto problem = make_problem("P8a_bead_leaves_circle");
+  const auto problems_at = [&](double tolerance) {
+    const Solution s = make_method("fesd_adaptive:dopri5")->solve(*problem, audited(tolerance));
+    EXPECT_TRUE(s.succeeded()) << s.message;
+    EXPECT_GT(s.counters.steps, 5);
+    return s.counters.complementarity_solves;
+  };
+  EXPECT_EQ(problems_at(1e-4), problems_at(1e-10)) << "the start and the take-off, however many elements";
+}
+
 TEST(ExplicitElements, TakePairsFromFiles) {
   const auto problem = make_problem("double_pendulum_wall");
   const Solution s = make_method("fesd_adaptive:@" + test_data("heun_euler.json"))->solve(*problem, audited(1e-4));
