@@ -48,7 +48,7 @@ void ElementStart::reserve(const ProblemInfo& info) {
   acceleration.setZero(info.n_q);
   lambda_n.setZero(info.n_c());
   lambda_t.setZero(info.n_lambda_t);
-  q_open = v_open = acceleration;
+  v_open = acceleration;
 }
 
 ElementStartSolver::ElementStartSolver(const Problem& problem, const ButcherTableau& tableau,
@@ -68,7 +68,7 @@ ElementStartSolver::ElementStartSolver(const Problem& problem, const ButcherTabl
   let_go_.reserve(info.contacts.size());
   gap_.setZero(info.n_c());
   v_minus_.setZero(info.n_q);
-  u_ = info.u;
+  u_ = u_next_ = info.u;
   J_t_.setZero(info.n_tangent_entries);
   coupled_.reset(info.n_q);
   coupled_.join(info.structure.couplings);
@@ -149,6 +149,7 @@ void ElementStartSolver::restart(bool captures) {
 
 void ElementStartSolver::accept() {
   groups_.accept();
+  u_ = u_next_;
   let_go_.clear();
   settles_ = false;
   sinks_ = sinks_next_;
@@ -190,6 +191,7 @@ ElementStartSolver::Result ElementStartSolver::begin(const LeftEnd& at) {
   groups_.begin();
   impacts_.find_touching(at.stages().q0, at.before(), start.touching);
   if (has_groups()) gap_ = impacts_.gaps();
+  u_next_ = info.u;
   if (goes_on(at)) {
     at.step.touches = at.step.touches || !start.touching.empty();
     at.stages().modes = at.left->modes;
@@ -238,11 +240,11 @@ double ElementStartSolver::slip_speed(int i, const Element& stages) {
 }
 
 /// Whether nothing has happened at the end of the element before: the control is the same, and the forces of its closed
-/// contacts and their slip are not near their bounds. Then its modes go on without a contact problem.
+/// contacts and their slip are not near their bounds. Then its modes go on without a contact problem. Not with friction in
+/// space.
 bool ElementStartSolver::goes_on(const LeftEnd& at) {
   const ProblemInfo& info = problem_.info();
   const bool is_same_control = u_ == info.u;
-  u_ = info.u;
   const Element* left = at.left;
   if (!left || !is_same_control || at.start.touching.empty() || at.end.contact >= 0 || !left->has_end_forces ||
       !left->facets.empty() || info.has_bilateral() || left->h <= kStandstill * info.end_time)
@@ -424,12 +426,11 @@ ElementStartSolver::Result ElementStartSolver::close_instead(const LeftEnd& at, 
   const bool captures = tableau_.holds_accelerations;
   clear_modes(problem_.info(), stages, start);
   if (captures && start.closed_instead == 0) {
-    start.q_open = stages.q0;
     start.v_open = stages.v0;
   } else if (captures) {
-    stages.q0 = start.q_open;
     stages.v0 = start.v_open;
     n_impacts -= kImpactsOfCapture;
+    start.closed_instead = 0;
   }
   if (!impact_law_.prepare(stages.q0, start.touching)) return Result::no_impulse;
   const std::size_t n_alternatives = start.alternatives.size();
@@ -440,8 +441,8 @@ ElementStartSolver::Result ElementStartSolver::close_instead(const LeftEnd& at, 
   if (!captures || closed_instead == 0) return result;
   n_impacts += kImpactsOfCapture;
   if (result != Result::done) return result;
-  Vector q = stages.q0;  // its gaps are rounding: only the velocity changes
-  if (!move_to(stages.modes, q, stages.v0)) return Result::no_impulse;
+  q_ = stages.q0;  // only the velocity changes
+  if (!move_to(stages.modes, q_, stages.v0)) return Result::no_impulse;
   const unsigned at_rest = bounces_at_rest(at) | closed_instead;
   return at_rest == closed_instead ? Result::done : close_instead(at, at_rest);
 }

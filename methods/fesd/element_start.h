@@ -49,7 +49,7 @@ struct ElementStart {
   int failed_contact = -1;  ///< the contact of a Result other than done
   bool has_forces = false;  ///< acceleration and forces right after the start are known:
   Vector acceleration, lambda_n, lambda_t;
-  Vector q_open, v_open;  ///< n_q, left end with all bounces open; of tableaus that hold accelerations
+  Vector v_open;  ///< n_q, left end with all bounces open; of tableaus that hold accelerations
 
   void reserve(const ProblemInfo& info);
 };
@@ -177,8 +177,9 @@ class ElementStartSolver {
   int standstills_ = 0, standstills_next_ = 0;  // elements in turn that move nothing
   std::vector<int> let_go_;
   bool settles_ = false;
-  Vector v_minus_, gap_;                  // before and at a start
-  Vector u_;                              // control of the last one
+  Vector v_minus_, gap_;  // before and at a start
+  Vector u_, u_next_;     // control of the last step that was accepted, and of this one
+  Vector q_;
   Vector J_t_;                            // packed
   std::vector<char> sinks_, sinks_next_;  // n_c: open contacts that may sink; empty in runs without a capture height
   std::vector<ContactAfterImpact> after_;

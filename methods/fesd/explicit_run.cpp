@@ -27,15 +27,13 @@ constexpr double kShortestRefined =
 
 ExplicitRunSolver::ExplicitRunSolver(const Problem& problem, const EmbeddedTableau& pair, ContactScales& scales,
                                      StepBuffers& buffers, Counters& counters)
-    : problem_(problem),
-      info_(problem.info()),
+    : info_(problem.info()),
       pair_(pair),
       scales_(scales),
       buffers_(buffers),
       dynamics_(problem, counters),
       functions_(problem, scales, dynamics_, kDegree),
       step_(make_explicit_step(pair, problem.n_q(), dynamics_)) {
-  for (const auto& contact : info_.contacts) has_curved_ = has_curved_ || !contact.is_affine;
   from_rest_.reserve(info_.contacts.size());
   stopping_.reserve(info_.contacts.size());
   held_.setZero(info_.n_lambda_t);
@@ -73,8 +71,9 @@ bool ExplicitRunSolver::begin(Element& e, const ElementStart& start) {
   } else if (!(goes_on && ends.q0 == e.q0 && ends.v0 == e.v0)) {
     const bool is_set = set_left_end(e, start);
     known_ = is_set ? Known::left_end : Known::nothing;
-    return is_set;
+    if (!is_set) return false;
   }
+  if (info_.n_c() > 0) functions_.set_sinking(start.sinks);
   return true;
 }
 
@@ -83,8 +82,10 @@ bool ExplicitRunSolver::set_left_end(Element& e, const ElementStart& start) {
   ends.q0 = e.q0;
   ends.v0 = e.v0;
   from_rest_.clear();
-  if (known_ == Known::nothing || e.modes != dynamics_.modes())
+  if (known_ == Known::nothing || e.modes != dynamics_.modes()) {
     dynamics_.set_modes(e.modes, ends.q0.data(), ends.v0.data());
+    is_curved_ = std::ranges::any_of(dynamics_.closed(), [&](int i) { return !info_.contacts[i].is_affine; });
+  }
   if (start.has_forces) dynamics_.set_forces(start.lambda_n, start.lambda_t);
   // Slip in space has no direction where it begins; from the second stage on the velocity has one.
   for (const int i : start.from_rest) {
@@ -93,10 +94,7 @@ bool ExplicitRunSolver::set_left_end(Element& e, const ElementStart& start) {
     dynamics_.hold_direction(i, e.slip_start.data() + info_.contacts[i].tangent_index);
   }
   if (!dynamics_.accelerate(ends.q0.data(), ends.v0.data(), ends.a0.data())) return false;
-  if (info_.n_c() > 0) {
-    functions_.begin(ends.q0.data(), ends.v0.data());
-    functions_.set_sinking(start.sinks);
-  }
+  if (info_.n_c() > 0) functions_.begin(ends.q0.data(), ends.v0.data());
   for (const int i : from_rest_) dynamics_.hold_direction(i, nullptr);
   return true;
 }
@@ -108,7 +106,7 @@ bool ExplicitRunSolver::take(double h) {
   StepEnds& ends = step_->ends;
   is_shifted_ = false;
   if (!step_->take(h, watched)) return false;
-  is_projected_ = has_curved_ && !dynamics_.closed().empty();
+  is_projected_ = is_curved_;
   if (!is_projected_) return step_->finish();
   return dynamics_.project(ends.q1.data(), ends.v1.data(), ModeDynamics::Order::position_first) &&
          dynamics_.accelerate(ends.q1.data(), ends.v1.data(), ends.a1.data());
@@ -129,11 +127,11 @@ StepFailure ExplicitRunSolver::equal_elements(int first, int, double h) {
     return stop_slip(first, duration);
   if (n_passes_ > kMaxPasses) return failed(Kind::no_right_stage, {.contact = slow_});
   if (is_first_) e.h = std::min(h, first_length(*step_, dynamics_, tolerance_, info_.end_time));
-  is_first_ = false;
   trial_.h = e.h;
   if (!take(e.h)) return failed(Kind::no_motion, {});
   trial_.error = step_->error(tolerance_);
   if (!StepControl::accepts(trial_.error)) return {};
+  record_forces(e);  // find() evaluates others
   event_ = info_.n_c() > 0 ? functions_.find(step_->ends, from_rest_) : DetectedEvent();
   if (event_) {
     const int i = event_.contact;
@@ -145,7 +143,9 @@ StepFailure ExplicitRunSolver::equal_elements(int first, int, double h) {
                                          .level = event_.level});
   }
   if (info_.n_c() > 0 && !functions_.is_exact() && e.h > kShortestRefined * info_.end_time)
-    return failed(Kind::sign_condition, {.kind = Violation::Kind::inexact, .contact = functions_.inexact().contact});
+    return failed(Kind::sign_condition, {.kind = Violation::Kind::inexact,
+                                         .passed = functions_.inexact().kind,
+                                         .contact = functions_.inexact().contact});
   known_ = Known::both_ends;
   slow_ = -1;
   n_passes_ = 0;
@@ -163,7 +163,8 @@ bool ExplicitRunSolver::may_stop(double& duration) {
   duration = rest.duration;
   functions_.find_slow(slow_, ends.q0, ends.v0, stopping_);
   if (!(duration > 0)) return false;
-  if (stopping_.size() == 1) return rest.distance <= of_v || rest.speed * rest.turning_time <= of_q;
+  is_straight_ = stopping_.size() > 1 || rest.distance <= of_v;
+  if (stopping_.size() == 1) return is_straight_ || rest.speed * rest.turning_time <= of_q;
   return std::ranges::all_of(stopping_, [&](int i) {
     const auto other = rest_of(i);
     return std::hypot(other.distance, other.rate * (duration - other.duration)) <= of_v;
@@ -196,15 +197,22 @@ void ExplicitRunSolver::hold_directions() {
   for (const int i : stopping_) dynamics_.hold_direction(i, held_.data() + info_.contacts[i].tangent_index);
 }
 
-/// The stop of slip at the right end: its velocities are zero there.
+/// Ends the element with zero slip velocity of the contacts that stop. False where a contact that turns would not stick.
 bool ExplicitRunSolver::end_at_rest(const Element& e) {
   StepEnds& ends = step_->ends;
+  law_ = dynamics_.law_forces();
   modes_ = e.modes;
   for (const int i : stopping_) modes_[i] = ContactMode::stick;
   dynamics_.set_modes(modes_, ends.q1.data(), ends.v1.data());
   if (!dynamics_.project(ends.q1.data(), ends.v1.data(), ModeDynamics::Order::position_first)) return false;
   is_projected_ = true;
+  if (!is_straight_) {
+    if (!dynamics_.accelerate(ends.q1.data(), ends.v1.data(), ends.a1.data())) return false;
+    const auto sticks = [&](int i) { return dynamics_.normal_force(i) >= 0 && dynamics_.cone_margin(i) >= 0; };
+    if (!std::ranges::all_of(stopping_, sticks)) return false;
+  }
   dynamics_.set_modes(e.modes, ends.q1.data(), ends.v1.data());
+  dynamics_.set_law_forces(law_);
   hold_directions();
   return dynamics_.accelerate(ends.q1.data(), ends.v1.data(), ends.a1.data());
 }
@@ -272,51 +280,61 @@ bool ExplicitRunSolver::shift_to(const DetectedEvent& event, double dh, double& 
   return h > 0;
 }
 
-bool ExplicitRunSolver::run_to_switch(int first, int, Violation, double remaining, SearchBudget& budget) {
+/// The element in which slip of stopping_ ends, unless something else happens in it.
+bool ExplicitRunSolver::run_to_stop(int first, double remaining) {
   Element& e = buffers_.element(first);
   StepEnds& ends = step_->ends;
-  if (stops_) {
-    hold_directions();
-    known_ = Known::nothing;
-  }
+  known_ = Known::nothing;
+  hold_directions();
+  if (!reach(event_, e.h) || e.h > remaining * (1 + kEndRounding)) return false;
+  ends.h = e.h;
+  if (!StepControl::accepts(step_->error(tolerance_)) || functions_.find(ends, stopping_) || !end_at_rest(e))
+    return false;
+  record_forces(e);
+  record(e);
+  end_with({.kind = event_.kind, .contact = slow_, .together = stopping_.size() > 1}, first);
+  slow_ = -1;
+  n_passes_ = 0;
+  return true;
+}
+
+void ExplicitRunSolver::end_with(const Switch& end, int element) {
+  buffers_.step().ends[static_cast<std::size_t>(element)] = end;
+}
+
+bool ExplicitRunSolver::run_to_switch(int first, int, Violation, double remaining, SearchBudget& budget) {
+  if (!budget.spend()) return false;
+  if (stops_) return run_to_stop(first, remaining);
+  Element& e = buffers_.element(first);
+  StepEnds& ends = step_->ends;
   for (int attempt = 0; attempt < kMaxEarlier; ++attempt) {
-    if (!budget.spend()) return false;
-    passes_ = !stops_ && event_.kind == SwitchKind::slip_stops && e.modes[event_.contact] == ContactMode::slip;
+    passes_ = event_.kind == SwitchKind::slip_stops && e.modes[event_.contact] == ContactMode::slip;
     const double found = event_.theta * e.h;
     if (!reach(event_, e.h)) return false;
     ends.h = e.h;
+    record_forces(e);
     // A switch that is met later than it has been found, as a grazing contact is, may come after another one.
     DetectedEvent other;
     if (e.h > (1 + kLater) * found && functions_.another_has_fallen(event_, ends))
       other = functions_.find(ends, from_rest_);
-    if (!other || other.theta >= 1 - kLater) {
-      if (e.h > remaining * (1 + kEndRounding) || (stops_ && !end_at_rest(e))) return false;
-      record(e);
-      shortest_load_ = event_.duration;
-      slow_ = passes_ ? event_.contact : -1;
-      n_passes_ = passes_ ? n_passes_ + 1 : 0;
-      if (passes_) return true;  // no switch: slip goes on
-      const double left_gap = event_.level > 0 ? -event_.level : 0;
-      buffers_.step().ends[static_cast<std::size_t>(first)] = {.kind = event_.kind,
-                                                               .contact = event_.contact,
-                                                               .left_gap = left_gap,
-                                                               .together = stops_ && stopping_.size() > 1};
-      return true;
+    if (other && other.theta < 1 - kLater) {
+      event_ = other;
+      continue;
     }
-    event_ = other;
+    if (e.h > remaining * (1 + kEndRounding)) return false;
+    record(e);
+    shortest_load_ = event_.duration;
+    n_passes_ = !passes_ ? 0 : event_.contact == slow_ ? n_passes_ + 1 : 1;
+    slow_ = passes_ ? event_.contact : -1;
+    if (passes_) return true;  // no switch: slip goes on
+    end_with({.kind = event_.kind, .contact = event_.contact, .left_gap = event_.level > 0 ? -event_.level : 0}, first);
+    return true;
   }
   return false;
 }
 
-/// The element from the ends of the step.
-void ExplicitRunSolver::record(Element& e) {
-  const StepEnds& ends = step_->ends;
-  e.q1 = ends.q1;
-  e.v1 = ends.v1;
-  e.a.col(0) = ends.a0;
-  e.end_a = ends.a1;
-  e.is_projected = is_projected_;
-  e.has_end_forces = true;
+/// The forces that the dynamics has, as those at the right end.
+void ExplicitRunSolver::record_forces(Element& e) {
   e.end_lambda_n.setZero();
   e.end_lambda_t.setZero();
   for (const int i : dynamics_.closed()) {
@@ -324,6 +342,18 @@ void ExplicitRunSolver::record(Element& e) {
     const auto& contact = info_.contacts[i];
     if (contact.n_t > 0) dynamics_.tangential_force(i, e.end_lambda_t.data() + contact.tangent_index);
   }
+}
+
+/// The element from the ends of the step; its forces have been recorded.
+void ExplicitRunSolver::record(Element& e) {
+  const StepEnds& ends = step_->ends;
+  is_first_ = false;
+  e.q1 = ends.q1;
+  e.v1 = ends.v1;
+  e.a.col(0) = ends.a0;
+  e.end_a = ends.a1;
+  e.is_projected = is_projected_;
+  e.has_end_forces = true;
   if (keeps_stages_) record_stages(e);
 }
 

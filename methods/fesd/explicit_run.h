@@ -74,10 +74,12 @@ class ExplicitRunSolver final : public RunSolver {
   bool end_at_rest(const Element& e);
   bool is_shift(double dh, double h) const;
   bool shift_to(const DetectedEvent& event, double dh, double& h);
+  bool run_to_stop(int first, double remaining);
+  void end_with(const Switch& end, int element);
+  void record_forces(Element& e);
   void record(Element& e);
   void record_stages(Element& e);
 
-  const Problem& problem_;
   const ProblemInfo& info_;
   const EmbeddedTableau& pair_;
   ContactScales& scales_;
@@ -86,9 +88,9 @@ class ExplicitRunSolver final : public RunSolver {
   EventFunctions functions_;
   std::unique_ptr<StepScheme> step_;
   double tolerance_ = 0;
-  bool has_curved_ = false;  // contacts
+  bool is_curved_ = false;  // a closed contact
   bool keeps_stages_ = false;
-  /// What the functions and the dynamics have been evaluated for.
+  /// Ends of the step at which functions and accelerations are known.
   enum class Known : std::uint8_t { nothing, left_end, both_ends };
   Known known_ = Known::nothing;
   bool is_first_ = true;                            // element of a run
@@ -99,11 +101,13 @@ class ExplicitRunSolver final : public RunSolver {
   std::vector<int> from_rest_;  // contacts in space whose slip begins with the element
   int slow_ = -1;               // contact in space whose slip has slowed down at the end of the last element
   int n_passes_ = 0;            // such elements in turn
-  bool passes_ = false;         // the event is that slip slows down, no switch
+  bool passes_ = false;         // the element ends where slip has slowed down, without a switch
   bool stops_ = false;          // slip of these contacts stops in this element, with the directions of friction held:
   std::vector<int> stopping_;
-  Vector held_;  // n_lambda_t
+  Vector held_;               // n_lambda_t
+  bool is_straight_ = false;  // they stop by the first bound of (6)
   std::vector<ContactMode> modes_;
+  Vector law_;
 };
 
 }  // namespace ricochet

@@ -342,7 +342,7 @@ class FesdAdaptive final : public Method {
   /// "radau-iia:4", "prince-dormand-8-7", "@tableau.json" or "@pair.json"
   static AdaptiveRun::Formula formula_argument(const MethodSpec& spec) {
     if (auto pair = pair_argument(spec)) {
-      // A capture at the left end leaves an error of the velocity that it takes away.
+      // The error of a capture at the left end is the velocity that it removes.
       return {.tableau = butcher_tableau(*pair), .pair = std::move(pair), .error = {}, .kappa = 1};
     }
     AdaptiveRun::Formula formula{.tableau = tableau_argument(spec), .pair = {}, .error = {}, .kappa = 0};

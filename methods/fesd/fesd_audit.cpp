@@ -24,6 +24,11 @@ double ratio(double value, double size) {
   return size > 0 ? value / size : (value > 0 ? 1.0 : 0.0);
 }
 
+/// The part of a change of q or v that forces along the columns of F cannot cause.
+Vector but_for_forces(const Matrix& M, const Matrix& F, const Vector& change) {
+  return change - CholeskyFactors(M).solve(F * least_squares(F, M * change));
+}
+
 }  // namespace
 
 FesdAudit::FesdAudit(const Problem& problem, const ButcherTableau& tableau, const Claims& claims)
@@ -124,7 +129,7 @@ Matrix FesdAudit::held_directions(const Element& e, const Vector& q) const {
   return held;
 }
 
-/// The same, and the normals for themselves.
+/// held_directions(), followed by the normals without friction.
 Matrix FesdAudit::held_and_normals(const Element& e, const Vector& q) const {
   const Matrix held = held_directions(e, q), J_n = problem_.force_directions(problem_.normal_jacobian(q));
   Matrix all(held.rows(), held.cols() + J_n.cols());
@@ -133,11 +138,6 @@ Matrix FesdAudit::held_and_normals(const Element& e, const Vector& q) const {
     if (!is_closed(e.modes[i])) all.col(held.cols() + i).setZero();
   }
   return all;
-}
-
-/// A change of positions or velocities but what forces of the given directions, F, cause.
-Vector but_for_forces(const Matrix& M, const Matrix& F, const Vector& change) {
-  return change - CholeskyFactors(M).solve(F * least_squares(F, M * change));
 }
 
 /// Difference of v_{n+1} from the velocity of the Runge-Kutta step, except what P took away, an impulse of closed
@@ -562,7 +562,11 @@ void FesdAudit::add_impulses(const View& at) {
 /// or as a group that comes to rest (contact_laws/group_capture.h), infinitely many impacts have impulses that are not
 /// recorded.
 Vector FesdAudit::of_captures(const View& at, const Vector& momentum) const {
-  const Matrix F = held_and_normals(at.e, at.e.q0);
+  const bool is_capture = at.step.n_impacts[static_cast<std::size_t>(at.n)] > 1;
+  Matrix F = is_capture ? held_and_normals(at.e, at.e.q0) : at.J_n;
+  for (int i = 0; i < problem_.n_c() && !is_capture; ++i) {
+    if (!is_closed(at.e.modes[i]) || problem_.info().contacts[i].is_bilateral) F.col(i).setZero();
+  }
   return F.isZero(0) ? Vector::Zero(momentum.size()) : Vector(F * least_squares(F, momentum));
 }
 

@@ -17,7 +17,7 @@ constexpr int kMaxPredictions = 100;
 constexpr int kSwitchSamples = 16;
 constexpr int kBisections = 40;
 
-// Of the end time: an explicit step may be as long as the run, whatever its rounding.
+// Longest length, as a part of the end time, that rounding scales are based on: an explicit step may span the run.
 constexpr double kLongestScaled = 0.1;
 
 using Alternatives = std::vector<ElementStart::Alternative>;
@@ -424,6 +424,8 @@ bool PivotingSolver::propose_modes(int element, unsigned trial) {
     const bool differs = takes(trial, k);
     // A contact that is closed instead of bouncing may be one that the load would open.
     if (differs ? alternative.bounced() && is_closed(stages.modes[i]) : closed_instead != 0) continue;
+    // The load opens it: nothing would take away the velocity of its bounce.
+    if (differs && alternative.bounced() && tableau_.holds_accelerations) return false;
     stages.modes[i] = differs ? alternative.mode : alternative.predicted;
     if (!stages.facets.empty()) stages.facets[i] = differs ? alternative.facet : alternative.predicted_facet;
   }

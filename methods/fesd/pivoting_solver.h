@@ -20,7 +20,7 @@ namespace ricochet {
 /// (a) Start. At the left end of an element the laws of one instant give the impulse and the modes, and alternatives
 ///     where other modes are possible (element_start.h).
 /// (b) Prediction. No switch happens in the rest of the step. Step equilibration then makes all remaining elements
-///     equally long, and their stage equations determine everything (element_run.h).
+///     equally long, and their stage equations determine everything (run_solver.h).
 /// (c) Check. When the sign conditions hold (sign_conditions.h), the step is solved.
 /// (d) Switch. Else a switch lies inside, which the broken condition announces. Some number m of the equal elements
 ///     leads up to it, first the m that changes their length least. The square system of their stage equations, the

@@ -46,7 +46,7 @@ class RunSolver {
 
   /// The element that was tried last, before a switch cut it short.
   struct Trial {
-    double h = 0;      ///< [s]; 0: it tells nothing of the length of the next one
+    double h = 0;      ///< [s]; 0: the next length must not be derived from it
     double error = 0;  ///< the embedded estimate, as a part of the tolerance; above 1 its signs have not been checked
   };
   /// None: the tableau has no embedded estimate.

@@ -17,7 +17,9 @@ std::string describe(const Violation& violation, const std::string& contact, con
     return fmt::format(fmt::runtime(properties(violation.passed).refusal), contact, violation.value, -violation.value,
                        where);
   if (violation.kind == Violation::Kind::inexact)
-    return fmt::format("{} closes, or nearly closes, too flatly to be located {}", contact, where);
+    return fmt::format(
+        "{} {} too flatly to be located {}", contact,
+        violation.passed == SwitchKind::gap_closes ? "closes, or nearly closes," : "nearly stops to slip,", where);
   return fmt::format(
       "{} stays closed, but tableau {} has no stage at the right end and drifts to a gap or slip velocity of {:.3g} "
       "there {}: a curved persistent contact needs a stiffly accurate tableau",
