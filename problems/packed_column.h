@@ -14,6 +14,12 @@ double packed_dot(const ContactInfo& contact, const double* column, const auto& 
   return sum;
 }
 
+/// J_t' x of a contact. @param J_t  packed, of all contacts  @param values  out: n_t
+void packed_tangent_dots(const ContactInfo& contact, const double* J_t, const auto& x, double* values) {
+  const double* column = J_t + contact.tangent_begin;
+  for (int d = 0; d < contact.n_t; ++d, column += contact.support.size()) values[d] = packed_dot(contact, column, x);
+}
+
 /// |J|' |x|, the scale of the rounding error of J' x.
 double packed_terms(const ContactInfo& contact, const double* column, const auto& x) {
   double sum = 0;

@@ -18,15 +18,10 @@ ElementMotion::ElementMotion(const ButcherTableau& tableau)
 }
 
 void ElementMotion::add_between_ends(double begin, double end, const Element& e, Motion& motion) const {
-  const double h = e.h;
   motion.add(begin, end, 5, [&](double s, Vector& q, Vector& v) {
     q.resize(e.q0.size());
     v.resize(e.q0.size());
-    for (Eigen::Index k = 0; k < e.q0.size(); ++k) {
-      const QuinticHermite p(e.q0[k], h * e.v0[k], h * h * e.a(k, 0), e.q1[k], h * e.v1[k], h * h * e.end_a[k]);
-      q[k] = p.value(s);
-      v[k] = p.slope(s) / h;
-    }
+    interpolate_quintic(s, e.h, e.q0, e.v0, e.a.col(0), e.q1, e.v1, e.end_a, q, v);
   });
 }
 

@@ -22,6 +22,11 @@ constexpr int kImpactsOfCapture = 2;
 // Newton's iterations that remove gaps of a capture height; normals that nearly depend on each other need several.
 constexpr int kMaxMoves = 8;
 
+/// Whether the friction force at the right end of an element is clear of its cone. @param force  lambda_n there
+bool is_inside_cone(const ContactInfo& contact, const Element& left, double force) {
+  return left.end_lambda_t.segment(contact.tangent_index, contact.n_t).norm() < (1 - kNearCone) * (contact.mu * force);
+}
+
 /// Every contact open but bilateral ones, and nothing known of forces.
 void clear_modes(const ProblemInfo& info, Element& stages, ElementStart& start) {
   start.from_rest.clear();
@@ -233,9 +238,7 @@ double ElementStartSolver::slip_speed(int i, const Element& stages) {
   const auto& contact = problem_.info().contacts[i];
   problem_.tangent_jacobian_of({&i, 1}, stages.q0.data(), J_t_.data());
   double v_t[2]{0, 0};
-  const double* column = J_t_.data() + contact.tangent_begin;
-  for (int d = 0; d < contact.n_t; ++d, column += contact.support.size())
-    v_t[d] = packed_dot(contact, column, stages.v0.data());
+  packed_tangent_dots(contact, J_t_.data(), stages.v0.data(), v_t);
   return std::hypot(v_t[0], v_t[1]);
 }
 
@@ -255,8 +258,7 @@ bool ElementStartSolver::goes_on(const LeftEnd& at) {
     const double force = left->end_lambda_n[i];
     if (!is_closed(left->modes[i]) || force <= kClear * scales_.force(i)) return false;
     if (is_slipping(left->modes[i]) && slip_speed(i, at.stages()) <= kClear * scales_.slip(i)) return false;
-    return left->modes[i] != ContactMode::stick ||
-           left->end_lambda_t.segment(contact.tangent_index, contact.n_t).norm() < (1 - kNearCone) * contact.mu * force;
+    return left->modes[i] != ContactMode::stick || is_inside_cone(contact, *left, force);
   });
   if (!is_clear) return false;
   sinks_next_ = sinks_;
@@ -269,8 +271,7 @@ bool ElementStartSolver::has_sunk(const Switch& end) const {
   return end.contact >= 0 && end.kind == SwitchKind::gap_closes && end.left_gap < -scales_.nearly_touching(end.contact);
 }
 
-/// Closes a group that is at rest. False where the laws of an instant
-/// cannot be evaluated at the place where it rests.
+/// Closes a group that is at rest. False where the laws of an instant cannot be evaluated at the place where it rests.
 bool ElementStartSolver::come_to_rest(const LeftEnd& at) {
   int& n_impacts = at.step.n_impacts[static_cast<std::size_t>(at.element)];
   const bool closes = at.end.contact >= 0 && at.end.kind == SwitchKind::gap_closes;
@@ -567,11 +568,10 @@ void ElementStartSolver::find_kept(const LeftEnd& at) {
   if (at.end.contact >= 0) keeps_[island_of(at.end.contact)] = false;
   for (const auto& closed : start.closed) {
     const auto& contact = contacts[closed.contact];
-    const double force = left.end_lambda_n[closed.contact], cone = contact.mu * force;
+    const double force = left.end_lambda_n[closed.contact];
     bool goes_on = force > kClear * left.lambda_n.row(closed.contact).maxCoeff() && !polygon_.applies(contact.n_t);
     if (contact.n_t > 0 && left.modes[closed.contact] == ContactMode::stick)
-      goes_on =
-          goes_on && left.end_lambda_t.segment(contact.tangent_index, contact.n_t).norm() < (1 - kNearCone) * cone;
+      goes_on = goes_on && is_inside_cone(contact, left, force);
     else if (contact.n_t > 0)
       goes_on = goes_on && closed.slides && left.slip_start.segment(contact.tangent_index, contact.n_t).isZero(0);
     if (!goes_on) keeps_[island_of(closed.contact)] = false;

@@ -20,8 +20,8 @@ constexpr double kRounding = 1e-16;     // eps of (5)
 constexpr double kStalls = 1e-11;       // of h: a change by no more that does not become smaller is rounding
 constexpr double kEndRounding = 1e-13;  // of an element: a switch later by no more is at its end
 constexpr double kLater = 1e-9;         // of an element: to where its event has been located
-constexpr double kShortestRefined =
-    1e-6;  // of the end time: an element is made shorter for a gap that it nearly closes
+// Of the end time: the shortest element that is halved for a gap that it nearly closes.
+constexpr double kShortestRefined = 1e-6;
 
 }  // namespace
 
@@ -37,10 +37,6 @@ ExplicitRunSolver::ExplicitRunSolver(const Problem& problem, const EmbeddedTable
   from_rest_.reserve(info_.contacts.size());
   stopping_.reserve(info_.contacts.size());
   held_.setZero(info_.n_lambda_t);
-}
-
-void ExplicitRunSolver::set_motion_tolerance(double tolerance) {
-  tolerance_ = tolerance;
 }
 
 void ExplicitRunSolver::restart() {
@@ -333,15 +329,20 @@ bool ExplicitRunSolver::run_to_switch(int first, int, Violation, double remainin
   return false;
 }
 
-/// The forces that the dynamics has, as those at the right end.
+/// The forces that the dynamics has. @param lambda_n, lambda_t  out: n_c, n_lambda_t, zero before
+void ExplicitRunSolver::copy_forces(double* lambda_n, double* lambda_t) const {
+  for (const int i : dynamics_.closed()) {
+    lambda_n[i] = dynamics_.normal_force(i);
+    const auto& contact = info_.contacts[i];
+    if (contact.n_t > 0) dynamics_.tangential_force(i, lambda_t + contact.tangent_index);
+  }
+}
+
+/// Records them as those at the right end.
 void ExplicitRunSolver::record_forces(Element& e) {
   e.end_lambda_n.setZero();
   e.end_lambda_t.setZero();
-  for (const int i : dynamics_.closed()) {
-    e.end_lambda_n[i] = dynamics_.normal_force(i);
-    const auto& contact = info_.contacts[i];
-    if (contact.n_t > 0) dynamics_.tangential_force(i, e.end_lambda_t.data() + contact.tangent_index);
-  }
+  copy_forces(e.end_lambda_n.data(), e.end_lambda_t.data());
 }
 
 /// The element from the ends of the step; its forces have been recorded.
@@ -373,11 +374,7 @@ void ExplicitRunSolver::record_stages(Element& e) {
   for (int i = 0; i < pair_.n_s; ++i) {
     dynamics_.accelerate(e.q.col(i).data(), e.v.col(i).data(), a.data());
     for (const int k : from_rest_) dynamics_.hold_direction(k, nullptr);
-    for (const int k : dynamics_.closed()) {
-      e.lambda_n(k, i) = dynamics_.normal_force(k);
-      const auto& contact = info_.contacts[k];
-      if (contact.n_t > 0) dynamics_.tangential_force(k, e.lambda_t.col(i).data() + contact.tangent_index);
-    }
+    copy_forces(e.lambda_n.col(i).data(), e.lambda_t.col(i).data());
   }
 }
 

@@ -48,7 +48,7 @@ class ExplicitRunSolver final : public RunSolver {
   ExplicitRunSolver(const Problem& problem, const EmbeddedTableau& pair, ContactScales& scales, StepBuffers& buffers,
                     Counters& counters);
 
-  void set_motion_tolerance(double tolerance) override;
+  void set_motion_tolerance(double tolerance) override { tolerance_ = tolerance; }
   void keep_stages(bool keeps) override { keeps_stages_ = keeps; }
   void restart() override;
   void begin_step() override { shortest_load_ = 0; }
@@ -76,6 +76,7 @@ class ExplicitRunSolver final : public RunSolver {
   bool shift_to(const DetectedEvent& event, double dh, double& h);
   bool run_to_stop(int first, double remaining);
   void end_with(const Switch& end, int element);
+  void copy_forces(double* lambda_n, double* lambda_t) const;
   void record_forces(Element& e);
   void record(Element& e);
   void record_stages(Element& e);

@@ -38,7 +38,7 @@ constexpr double kLeastOfTries = 1e-4;     // of end_time, the progress that the
 /// A run of FesdAdaptive.
 class AdaptiveRun {
  public:
-  /// What a FesdAdaptive consists of; it has to outlive the run.
+  /// Tableau and error estimate of a method. They must outlive the run.
   struct Formula {
     ButcherTableau tableau;
     std::optional<EmbeddedTableau> pair;  ///< of an explicit tableau

@@ -17,8 +17,8 @@ namespace ricochet {
 /// Indicators in eta_n are normalised in the same way. The size of squared cones is the square of the force. Forces of
 /// bilateral constraints count as load of the other contacts.
 ///
-/// Where the tableau holds accelerations (explicit_run.h), stages fulfil the Runge-Kutta equations alone: signs, cones and
-/// complementarity are those of the right end, in the place of all stages.
+/// If the tableau holds accelerations (explicit_run.h), only the Runge-Kutta equations are evaluated at its stages. Signs,
+/// cones and complementarity are evaluated at the right end.
 class FesdAudit {
  public:
   /// Properties that a solver claims of its steps.

@@ -87,8 +87,7 @@ void EventFunctions::set_positions(const double* q) {
 
 /// J_t' v at the positions that were set.
 void EventFunctions::tangent_dots(const ContactInfo& contact, const double* v, double* v_t) const {
-  const double* column = packed_t_.data() + contact.tangent_begin;
-  for (int d = 0; d < contact.n_t; ++d, column += contact.support.size()) v_t[d] = packed_dot(contact, column, v);
+  packed_tangent_dots(contact, packed_t_.data(), v, v_t);
 }
 
 /// d' J_t' v

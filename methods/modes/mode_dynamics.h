@@ -95,7 +95,7 @@ class ModeDynamics {
   /// mu lambda_n - ||lambda_t|| of a contact that sticks [N].
   double cone_margin(int contact) const;
 
-  /// Of project().
+  /// Which of v and q project() corrects first.
   enum class Order : std::uint8_t {
     velocity_first,  ///< v at the positions before
     position_first   ///< v at the new positions, which curved contacts distinguish

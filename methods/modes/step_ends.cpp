@@ -9,11 +9,7 @@ void StepEnds::interpolate(double theta, Vector& q, Vector& v) const {
     collocation->interpolate(theta, *this, q, v);
     return;
   }
-  for (Eigen::Index k = 0; k < q0.size(); ++k) {
-    const QuinticHermite p(q0[k], h * v0[k], h * h * a0[k], q1[k], h * v1[k], h * h * a1[k]);
-    q[k] = p.value(theta);
-    v[k] = p.slope(theta) / h;
-  }
+  interpolate_quintic(theta, h, q0, v0, a0, q1, v1, a1, q, v);
 }
 
 void StepEnds::bernstein(Matrix& path, Vector& error) const {

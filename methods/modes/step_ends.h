@@ -6,8 +6,8 @@
 
 namespace ricochet {
 
-/// The two ends of a step, with the accelerations there. Between them the motion is (1) of quintic.h of each coordinate, of order 6
-/// in q and 5 in v, or the polynomial of a step that has its own.
+/// The two ends of a step, with the accelerations there. Between them the motion is (1) of quintic.h of each coordinate,
+/// of order 6 in q and 5 in v, or the polynomial of a step that has its own.
 struct StepEnds {
   double h = 0;       ///< [s]
   Vector q0, v0, a0;  ///< n_q, left end

@@ -29,8 +29,8 @@ struct ButcherTableau {
   /// A by its eigenvalues (diagonal_tableau.h); null if they were not requested, or if A is not diagonalisable.
   std::shared_ptr<const DiagonalTableau> diagonal;
 
-  /// Of an embedded pair: closed contacts hold by their accelerations at the stages (methods/modes), and an element is
-  /// known by its two ends. Else they hold by gaps and slip velocities of the stages.
+  /// Stages keep contacts closed by zero accelerations of their gaps (methods/modes), as in an embedded pair; an element
+  /// is then known by its two ends. Otherwise the gaps and slip velocities of the stages are zero.
   bool holds_accelerations = false;
 
   /// The last stage is the output: a_{n_s,k} = b_k. Then c_{n_s} = 1.

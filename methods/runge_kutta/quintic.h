@@ -27,6 +27,18 @@ struct QuinticHermite {
   double slope(double s) const { return c[1] + s * (2 * c[2] + s * (3 * c[3] + s * (4 * c[4] + s * 5 * c[5]))); }
 };
 
+/// Position and velocity at s h from the left end, by (1) of each coordinate.
+/// @param h  [s]  @param q0, v0, a0  n_q, at the left end  @param q1, v1, a1  n_q, at the right end
+/// @param q, v  out: n_q
+inline void interpolate_quintic(double s, double h, const auto& q0, const auto& v0, const auto& a0, const auto& q1,
+                                const auto& v1, const auto& a1, auto& q, auto& v) {
+  for (decltype(q0.size()) k = 0; k < q0.size(); ++k) {
+    const QuinticHermite p(q0[k], h * v0[k], h * h * a0[k], q1[k], h * v1[k], h * h * a1[k]);
+    q[k] = p.value(s);
+    v[k] = p.slope(s) / h;
+  }
+}
+
 /// (1) in Bernstein's form, with an estimate of its distance from a function of these values: the remainder
 ///
 ///   x^(6) (s (1 - s))^3 / 720                                                            (2)
